@@ -1,0 +1,81 @@
+# Everything a person needs: `make run` and `make test`. `make help` lists the rest.
+# Nothing is installed outside .venv, but for Debian's chromium when root runs the tests.
+
+VENV := .venv
+PY   := $(VENV)/bin/python
+RUN  := $(VENV)/.installed-run
+DEV  := $(VENV)/.installed-dev
+ARGS ?=
+
+PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
+
+.DEFAULT_GOAL := help
+.PHONY: help run test check slow peers hardware bench wheel clean browser
+
+help: ## list the targets
+	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F '\t' '{printf "  make %-10s%s\n", $$1, $$2}'
+
+run: $(RUN) ## install what is needed and start Flinch (flags: ARGS="--port 8090")
+	@$(VENV)/bin/flinch run $(ARGS)
+
+test: check browser ## lint, types, imports and the tests (flags for pytest: ARGS="-k skin")
+	$(PY) -m pytest $(ARGS)
+
+check: $(DEV) ## lint, types and imports only
+	$(VENV)/bin/ruff check
+	$(VENV)/bin/ruff format --check
+	$(VENV)/bin/mypy
+	$(VENV)/bin/lint-imports
+
+slow: $(DEV) browser ## the tests that take minutes
+	$(PY) -m pytest -m "slow and not peers and not hardware" $(ARGS)
+
+peers: $(DEV) ## the comparisons with other software
+	$(PY) -m pytest -m "peers and not hardware" $(ARGS)
+
+hardware: $(DEV) ## the tests that need a real skin or a real arm
+	$(PY) -m pytest -m hardware $(ARGS)
+
+bench: $(RUN) ## measure this machine (flags: ARGS="--json")
+	@$(VENV)/bin/flinch bench $(ARGS)
+
+wheel: $(DEV) ## build dist/flinch-*.whl, robots and scenes included
+	$(PY) -m build --wheel --no-isolation
+
+clean: ## remove builds, caches and artefacts; .venv stays
+	rm -rf build dist .artifacts .mypy_cache .ruff_cache .pytest_cache .hypothesis .import_linter_cache *.egg-info
+	find app tests robots -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# A python that only answers with an error (a version manager's shim) is passed over, as is
+# one without venv or pip (Debian ships these apart).
+$(PY):
+	@for p in python3.13 python3.12 python3.11 python3; do \
+	  if $$p -c 'import sys, venv, ensurepip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null; then \
+	    echo "Creating $(VENV) with $$($$p --version)"; \
+	    exec $$p -m venv --clear $(VENV); \
+	  fi; \
+	done; \
+	echo "make: no Python 3.11 or newer with venv found; install one (Debian: apt install python3-venv)" >&2; \
+	exit 1
+
+$(RUN): pyproject.toml constraints.txt $(PY)
+	@echo "Installing Flinch into $(VENV) (a minute or two, only when the requirements change)"
+	@$(PIP_INSTALL) -e .
+	@touch $@
+
+$(DEV): pyproject.toml constraints.txt $(PY)
+	@echo "Installing Flinch and its tools into $(VENV) (a minute or two, only when the requirements change)"
+	@$(PIP_INSTALL) -e '.[dev]'
+	@touch $(RUN) $@
+
+# The browser's tests skip without one, but fail where CI=true: tests/conftest.py.
+browser: $(DEV) ## find or install a Chromium for the tests that drive one
+	@for b in chromium chromium-browser google-chrome; do \
+	  if command -v $$b >/dev/null; then exit 0; fi; \
+	done; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	  echo "Installing Debian's chromium for the browser's tests"; \
+	  apt-get update -qq && apt-get install -y -qq --no-install-recommends chromium fonts-dejavu-core >/dev/null && exit 0; \
+	fi; \
+	$(PY) -m playwright install chromium || \
+	echo "make: no Chromium for the browser's tests; install the package chromium and run again" >&2

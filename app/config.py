@@ -1,0 +1,166 @@
+"""Every tunable once.
+
+Each field of `Params` carries its unit, its range and one line of help. From this one place
+come the command-line flag, the check of a TOML file, the slider on the page and the table in
+the manual. `Params` is frozen and swapped whole: `replace(params, d_min=0.25)`.
+"""
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
+
+from app.errors import ConfigError, options
+
+ControlMode = Literal["wb", "sm"]
+
+
+def tunable(
+    default: Any, unit: str, low: float | None, high: float | None, room: str, help: str
+) -> Any:
+    """A dataclass field with the facts that the page, the flags and the checks need."""
+    facts = {"unit": unit, "low": low, "high": high, "room": room, "help": help}
+    return field(default=default, metadata=facts)
+
+
+@dataclass(frozen=True)
+class Params:
+    """All settings that may change while running (SI units).
+
+    Defaults and ranges: `d_min`, `delta` and the gains follow the reproduction of the paper,
+    which gives no values; the filter's threshold follows the sensor's noise.
+    """
+
+    mode: ControlMode = tunable(
+        "wb", "", None, None, "control",
+        "control points: wb = any point of the body, sm = the sensors' mounting points",
+    )  # fmt: skip
+    d_min: float = tunable(
+        0.20, "m", 0.05, 0.40, "control", "distance at which avoidance is fully active"
+    )
+    delta: float = tunable(0.10, "m", 0.05, 0.30, "control", "width of the transition above d_min")
+    lambda_safety: float = tunable(2.0, "1/s", 0.5, 5.0, "control", "gain of the avoidance task")
+    v_safe: float = tunable(
+        0.6, "m/s", 0.05, 1.0, "control", "largest speed that the avoidance task asks for"
+    )
+    lambda_p: float = tunable(1.2, "1/s", 0.1, 5.0, "control", "gain of the goal position")
+    lambda_o: float = tunable(1.5, "1/s", 0.1, 5.0, "control", "gain of the goal orientation")
+    v_max: float = tunable(0.30, "m/s", 0.02, 1.0, "control", "largest speed towards the goal")
+    w_max: float = tunable(0.6, "rad/s", 0.05, 2.0, "control", "largest turn towards the goal")
+    speed: float = tunable(
+        0.5, "", 0.05, 1.0, "control", "share of the joints' velocity limits that may be used"
+    )
+    authority_cap: bool = tunable(
+        True, "", None, None, "control",
+        "keep a control point near the base from whipping the wrist",
+    )  # fmt: skip
+    kappa: float = tunable(
+        0.15, "", 0.02, 1.0, "control", "share of the reachable normal speed under that cap"
+    )
+    v_ach_min: float = tunable(
+        0.05, "m/s", 0.0, 0.5, "control", "below this reachable speed the task is skipped"
+    )
+    lambda_r: float = tunable(1e-4, "", 0.0, 1.0, "control", "regularisation of singular values")
+    theta: float = tunable(1e-2, "", 1e-6, 1.0, "control", "singular values damped below this")
+    eta: float = tunable(
+        10.0, "", 0.0, 100.0, "control", "preference for directions that no higher task uses"
+    )
+    eps_min: float = tunable(
+        0.03, "m", 0.005, 0.20, "perception", "self filter: smallest threshold before the body"
+    )
+    eps_base: float = tunable(
+        0.02, "m", 0.0, 0.20, "perception", "self filter: threshold = base + sigmas x noise"
+    )
+    eps_sigmas: float = tunable(
+        3.0, "", 0.0, 10.0, "perception", "self filter: multiples of the range noise"
+    )
+    footprint: bool = tunable(
+        True, "", None, None, "perception",
+        "self filter: test five rays a zone, since a zone is a cone",
+    )  # fmt: skip
+    two_sided: bool = tunable(
+        False, "", None, None, "perception",
+        "self filter: keep points behind the body, as the paper's Algorithm 1 does",
+    )  # fmt: skip
+    near_cut: float = tunable(
+        0.015, "m", 0.0, 0.10, "perception", "self filter: rays start this far from the lens"
+    )
+    range_min: float = tunable(0.02, "m", 0.0, 0.5, "perception", "shorter ranges are out of range")
+    range_max: float = tunable(4.0, "m", 0.2, 4.0, "perception", "longer ranges are out of range")
+    frame_age: float = tunable(
+        0.20, "s", 0.05, 1.0, "perception", "older frames are stale and leave the cloud"
+    )
+    accept_unconfirmed: bool = tunable(
+        False, "", None, None, "perception",
+        "also trust target statuses 6 and 10 (no previous target to compare with)",
+    )  # fmt: skip
+    silence: float = tunable(
+        0.5, "s", 0.1, 2.0, "runtime", "the arm stops when no sensor has spoken for this long"
+    )
+
+    def __post_init__(self) -> None:
+        for f in fields(self):
+            _check(f.name, getattr(self, f.name), "")
+
+
+class Tunable(NamedTuple):
+    """The facts of one field of `Params`."""
+
+    name: str
+    kind: type
+    choices: tuple[str, ...]
+    default: Any
+    unit: str
+    low: float | None
+    high: float | None
+    room: str
+    help: str
+
+
+def tunables() -> Iterator[Tunable]:
+    """The facts of every field of `Params`, in their order."""
+    hints = get_type_hints(Params)
+    for f in fields(Params):
+        hint, m = hints[f.name], f.metadata
+        choices = get_args(hint) if get_origin(hint) is Literal else ()
+        kind = str if choices else hint
+        yield Tunable(
+            f.name, kind, choices, f.default, m["unit"], m["low"], m["high"], m["room"], m["help"]
+        )
+
+
+def load_params(path: Path, base: Params | None = None) -> Params:
+    """`base` with the values of a flat TOML file; an unknown key or a bad value is named."""
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as e:
+        raise ConfigError(f"{path}: cannot be read ({e.strerror}); give another file") from e
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
+        raise ConfigError(f"{path}: not valid TOML ({e}); mend that line") from e
+    known = {t.name for t in tunables()}
+    for key, value in table.items():
+        if key not in known:
+            raise ConfigError(f"{path}: unknown setting {key!r}; {options(key, known)}")
+        _check(key, value, f"{path}: ")
+    return replace(base or Params(), **table)
+
+
+def _check(name: str, value: Any, where: str) -> None:
+    t = _FACTS[name]
+    if t.choices:
+        if value not in t.choices:
+            raise ConfigError(f"{where}{name} = {value!r}; choose one of {', '.join(t.choices)}")
+    elif t.kind is bool:
+        if not isinstance(value, bool):
+            raise ConfigError(f"{where}{name} = {value!r}; give true or false")
+    elif isinstance(value, bool) or not isinstance(value, int | float):
+        raise ConfigError(f"{where}{name} = {value!r}; give a number in {t.unit or 'plain units'}")
+    elif not (t.low <= value <= t.high):  # type: ignore[operator]  # numbers always have a range
+        raise ConfigError(
+            f"{where}{name} = {value:g} {t.unit}".rstrip()
+            + f"; give a value from {t.low:g} to {t.high:g}"
+        )
+
+
+_FACTS = {t.name: t for t in tunables()}

@@ -1,0 +1,1 @@
+"""What to do: goals, task priority, limits, supervisor."""

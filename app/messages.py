@@ -1,0 +1,311 @@
+"""The vocabulary: the values that travel between rooms, and the actions that travel back.
+
+All are frozen, and their arrays are read-only once they leave the room that made them
+(`freeze`). Lengths are metres, angles radians, times seconds on the runtime's clock, poses
+4x4 matrices `T_a_b` (b expressed in a). `base` is the robot's base frame.
+
+Fixed slots: zone j of sensor k is row 64 * k + j in every array of a `Cloud`, from the
+frame to the page. A 4x4 sensor uses the first 16 of its 64 slots.
+"""
+
+from dataclasses import dataclass, field
+from enum import IntEnum, StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.config import Params
+
+Array = NDArray[np.float64]
+SLOTS = 64  # zones of one sensor in every array, used or not
+
+
+def freeze(array: NDArray[Any]) -> NDArray[Any]:
+    """The same array, from now on read-only."""
+    array.flags.writeable = False
+    return array
+
+
+# --- from the sensors ---------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SensorFrame:
+    """One measurement of one multi-zone time-of-flight sensor.
+
+    distance: (64,) [m] perpendicular depth along the optical axis, not the ray's length
+              (UM3109; see `app.robot.skin`); junk where `targets` is 0.
+    status:   (64,) uint8, the maker's target status: 5 valid, 9 merged, 255 no target.
+    targets:  (64,) uint8, number of targets seen in the zone.
+    stamp:    when it was measured [s]; it arrives later.
+    """
+
+    sensor: int
+    stamp: float
+    sequence: int
+    distance: Array
+    status: NDArray[np.uint8]
+    targets: NDArray[np.uint8]
+
+
+class SensorHealth(IntEnum):
+    """What is known of one sensor; the page colours by it."""
+
+    ABSENT = 0  # no source is connected to it
+    WAITING = 1  # connected, has not spoken yet
+    GOOD = 2  # speaks, and most zones are usable or honestly empty
+    POOR = 3  # speaks, but more than half of its zones have a bad status
+    STALE = 4  # has spoken, but not within the allowed age
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class JointState:
+    """Joint positions q (n,) [rad or m] and velocities qd (n,) at `stamp` [s]."""
+
+    stamp: float
+    q: Array
+    qd: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CropBox:
+    """A box around a known, static part of the cell: points inside it are not obstacles.
+
+    T_base_box: (4, 4) pose of the box's centre.   size: (3,) full edge lengths [m].
+    """
+
+    name: str
+    T_base_box: Array
+    size: Array
+
+
+# --- perception ---------------------------------------------------------------------------
+
+
+class Verdict(IntEnum):
+    """Why a zone's point is, or is not, believed to be something in the world."""
+
+    KEPT = 0  # a point of the world
+    SELF = 1  # the robot's own body, within the threshold of the hit
+    BEHIND = 2  # farther than the body that stands in the ray's way: impossible
+    STATIC = 3  # inside a crop box of the known, static cell
+    BAD_STATUS = 4  # the sensor itself does not trust it
+    NO_TARGET = 5  # the sensor saw nothing; its distance is junk
+    OUT_OF_RANGE = 6  # nearer or farther than the accepted range
+    STALE = 7  # the frame is older than the allowed age
+    EMPTY = 8  # no frame has come yet, or the slot has no zone
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cloud:
+    """Every zone of the skin with its verdict (S = 64 * number of sensors).
+
+    points:  (S, 3) [m] base frame; NaN where the zone has no distance.
+    verdict: (S,) uint8 of `Verdict`.
+    link:    (S,) int16, body link in the ray's way, -1 if none.
+    gap:     (S,) [m] depth of the body minus depth measured, positive = the measured
+             point lies before the body; +inf if no body is in the way.
+    eps:     (S,) [m] threshold that `gap` was compared with; NaN where it was not.
+    stamp:   (K,) [s] time of each sensor's newest frame, -inf before the first.
+    """
+
+    points: Array
+    verdict: NDArray[np.uint8]
+    link: NDArray[np.int16]
+    gap: Array
+    eps: Array
+    stamp: Array
+
+    def kept(self) -> Array:
+        """Points of the world, (m, 3) [m], base frame."""
+        return self.points[self.verdict == Verdict.KEPT]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Pairs:
+    """Closest pair between the world and each control body (B rows).
+
+    For whole-body control a row is a body link; for mounting-point control a row is a
+    sensor. Rows without a world point have distance +inf and NaN points.
+
+    link:     (B,) int, link that moves the robot's point.
+    distance: (B,) [m] signed, positive outside the body.
+    on_robot: (B, 3) [m] base frame.   on_world: (B, 3) [m] base frame.
+    normal:   (B, 3) unit vector from the world to the robot: the direction of retreat.
+    slot:     (B,) int, row of the cloud that the world's point came from, -1 if none.
+    closest:  row of the smallest distance, -1 if the cloud is empty.
+    """
+
+    link: NDArray[np.intp]
+    distance: Array
+    on_robot: Array
+    on_world: Array
+    normal: Array
+    slot: NDArray[np.intp]
+    closest: int
+
+    @property
+    def minimum(self) -> float:
+        """Smallest distance [m], +inf when there is no point."""
+        return float(self.distance[self.closest]) if self.closest >= 0 else np.inf
+
+
+# --- control ------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Goal:
+    """Where the tool frame should be: T_base_tool (4, 4)."""
+
+    T_base_tool: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Command:
+    """Joint velocities qd (n,) [rad/s] that keep every limit, and how they came about.
+
+    activation: of the avoidance task, 0..1.
+    reference:  retreat speed asked for along the normal [m/s].
+    scale:      0..1, by how much the joints' limits shortened what was asked for.
+    control_row: row of `pairs` that the avoidance acted on, -1 if none.
+    """
+
+    qd: Array
+    activation: float = 0.0
+    reference: float = 0.0
+    scale: float = 1.0
+    control_row: int = -1
+
+
+class Mode(StrEnum):
+    """What the arm is allowed to do; a person's choice or a stop's."""
+
+    RUNNING = "running"  # goes to the goal and gives way
+    HOLDING = "holding"  # stays where it is and gives way
+    STOPPED = "stopped"  # brakes and stands still
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """The supervisor's mode, why, and since when [s]."""
+
+    mode: Mode
+    reason: str
+    since: float
+
+
+# --- what leaves a tick -------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BodyView:
+    """How a body of the simulated world looks; the same object as long as it looks the same.
+
+    vertices: (V, 3) [m] body frame.   faces: (F, 3) int.   colour: RGB, 0..255.
+    movable:  a person may drag it; the parts of a walking person are not.
+    """
+
+    name: str
+    vertices: Array
+    faces: NDArray[np.int64]
+    colour: tuple[int, int, int]
+    movable: bool
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BodyPose:
+    """Where a body of the simulated world is now: for drawing and for judging only."""
+
+    view: BodyView
+    T_base_body: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Timing:
+    """Where the milliseconds of one tick went [s], by room, and how late it began."""
+
+    rooms: dict[str, float]
+    lateness: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Snapshot:
+    """All that an onlooker may know of one tick.
+
+    T_base_link: (L, 4, 4) poses of the body links at `joints.q`.
+    sensing:     the pairs that the controller used; `body` the whole-body pairs, always.
+    health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
+    world:       poses of the simulated bodies, to draw them; empty with real sensors.
+    notice:      why the last action of a person was refused; empty once one is accepted.
+    """
+
+    tick: int
+    stamp: float
+    joints: JointState
+    T_base_link: Array
+    T_base_tool: Array
+    goal: Goal
+    cloud: Cloud
+    pairs: Pairs
+    body: Pairs
+    command: Command
+    status: Status
+    params: Params
+    health: NDArray[np.uint8]
+    rate: Array
+    world: tuple[BodyPose, ...]
+    timing: Timing
+    notice: str = ""
+
+
+# --- the way back in ----------------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SetGoal:
+    """Move the goal; the pose is made rigid before use."""
+
+    T_base_tool: Array
+
+
+@dataclass(frozen=True, slots=True)
+class SetParams:
+    """Swap some settings: names of `Params` fields to values, checked when drained."""
+
+    changes: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class SetMode:
+    """Run, hold or stop, asked for by a person."""
+
+    mode: Mode
+    reason: str = "asked for by a person"
+
+
+@dataclass(frozen=True, slots=True)
+class AddObstacle:
+    """Put a body into the simulated world: `shape` is a table as in a scene file."""
+
+    name: str
+    shape: dict[str, Any]
+    position: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MoveObstacle:
+    """Put a body of the simulated world elsewhere; a scripted one stops following its script."""
+
+    name: str
+    T_base_body: Array
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveObstacle:
+    """Take a body out of the simulated world."""
+
+    name: str
+
+
+Action = SetGoal | SetParams | SetMode | AddObstacle | MoveObstacle | RemoveObstacle

@@ -1,0 +1,1 @@
+"""What the frames mean: cloud, self filter, static filter, closest pairs."""

@@ -1,0 +1,125 @@
+"""The paper's Algorithm 1: which zones see the robot itself.
+
+A ray is cast from the lens through each zone. Where it meets the robot's body near the
+measured depth, the zone saw the robot; where the measurement lies well before the body, it
+saw something in between. The tree of each link is built once in the link's own frame and
+the rays are moved there; rays against the sensor's own link never change and are cast once.
+
+Beyond the paper, and switchable back (`two_sided`, `footprint`):
+- A point well BEHIND the body cannot be an obstacle; it is a wrong pose or multipath.
+- A zone is a cone of 5.6 degrees, 10 cm wide at 1 m, so four rays near its corners are cast
+  too; otherwise links' edges pass as obstacles.
+
+Depths are compared along the optical axis, which is what the sensor measures.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.config import Params
+from app.messages import SLOTS, Array, Verdict
+from app.raycast import RigidMesh
+from app.robot.model import Robot
+from app.robot.posture import Posture
+from app.robot.skin import CORNER_SHARE, FIELD_OF_VIEW, Skin, range_noise
+
+RAYS = 5  # the zone's centre and four towards its corners
+CONE = float(np.arctan(np.sqrt(2.0) * np.tan(FIELD_OF_VIEW / 2.0) * (1.0 + CORNER_SHARE) / 2.0))
+
+
+class SelfFilter:
+    """Judges the zones of some sensors at one posture; everything constant is kept."""
+
+    def __init__(self, robot: Robot, skin: Skin) -> None:
+        self._meshes: tuple[RigidMesh, ...] = robot.rigid
+        self._link = skin.link
+        self._origin, self._axis = skin.origin, skin.axis
+        length = np.linalg.norm(skin.reach, axis=1, keepdims=True)
+        rays = np.empty((skin.count, SLOTS, RAYS, 3))
+        rays[:, :, 0] = (skin.reach / length).reshape(-1, SLOTS, 3)
+        rays[:, :, 1:] = skin.corners.reshape(-1, SLOTS, 4, 3)
+        # unused slots look along the axis: they are never judged, and NaN rays are slow
+        rays = np.where(np.isfinite(rays), rays, skin.axis[:, None, None, :])
+        self._rays = rays.astype(np.float32)
+        self._cosine = np.einsum("kzrc,kc->kzr", rays, skin.axis).astype(np.float32)
+        self._own_near: float | None = None
+        self._own = np.empty(0, dtype=np.float32)
+
+    def judge(
+        self, sensors: NDArray[np.intp], depth: Array, posture: Posture, params: Params
+    ) -> tuple[NDArray[np.uint8], NDArray[np.int16], Array, Array]:
+        """Verdict KEPT, SELF or BEHIND of each zone, the link in its way, gap and threshold.
+
+        sensors: (m,) indices.   depth: (m, 64) [m], any value where there is no target.
+        Returns verdict (m, 64), link (m, 64) or -1, gap (m, 64) [m] = depth of the body minus
+        depth measured (+inf where no body is in the way), eps (m, 64) [m].
+        """
+        rays = RAYS if params.footprint else 1
+        hit, link = self._hits(sensors, posture, rays, params.near_cut)
+        eps = np.maximum(
+            params.eps_min,
+            params.eps_base + params.eps_sigmas * range_noise(depth),
+        )
+        gaps = hit - depth[..., None]
+        # the ray nearest to the measurement explains it best
+        best = np.argmin(np.abs(gaps), axis=2)[..., None]
+        gap = np.take_along_axis(gaps, best, axis=2)[..., 0]
+        way = np.take_along_axis(link, best, axis=2)[..., 0]
+        verdict = np.full(depth.shape, Verdict.KEPT, dtype=np.uint8)
+        if not params.two_sided:
+            verdict[(gaps < -eps[..., None]).any(axis=2)] = Verdict.BEHIND
+        verdict[np.abs(gap) <= eps] = Verdict.SELF
+        return verdict, way, gap, eps
+
+    def _hits(
+        self, sensors: NDArray[np.intp], posture: Posture, rays: int, near: float
+    ) -> tuple[Array, NDArray[np.int16]]:
+        """Depth (m, 64, rays) of the first body along each ray, and its link."""
+        if self._own_near != near:
+            self._own, self._own_near = self._own_hits(near), near
+        t = self._own[sensors][:, :, :rays].copy()
+        link = np.where(np.isfinite(t), self._link[sensors][:, None, None], -1).astype(np.int16)
+        for mount in np.unique(self._link[sensors]):
+            on_mount = np.flatnonzero(self._link[sensors] == mount)
+            chosen = sensors[on_mount]
+            origin, axis = self._origin[chosen], self._axis[chosen]
+            R_mount, p_mount = posture.T_base_link[mount, :3, :3], posture.T_base_link[mount, :3, 3]
+            for i, mesh in enumerate(self._meshes):
+                if i == mount:
+                    continue
+                R_i = posture.T_base_link[i, :3, :3]
+                R = R_i.T @ R_mount  # mount -> link i
+                p = R_i.T @ (p_mount - posture.T_base_link[i, :3, 3])
+                at = origin @ R.T + p
+                seen = _in_cone(mesh.centre - at, axis @ R.T, mesh.radius)
+                if not seen.any():
+                    continue
+                rows = on_mount[seen]
+                d = (self._rays[chosen[seen], :, :rays].reshape(-1, 3) @ R.T.astype(np.float32))
+                o = np.repeat(at[seen].astype(np.float32), SLOTS * rays, axis=0)
+                o += np.float32(near) * d
+                new = mesh.cast(o, d).reshape(len(rows), SLOTS, rays) + np.float32(near)
+                old = t[rows]
+                nearer = new < old
+                t[rows] = np.where(nearer, new, old)
+                link[rows] = np.where(nearer, np.int16(i), link[rows])
+        return (t * self._cosine[sensors][:, :, :rays]).astype(np.float64), link
+
+    def _own_hits(self, near: float) -> NDArray[np.float32]:
+        """Ray lengths (K, 64, 5) to each sensor's own link."""
+        own = np.empty(self._rays.shape[:3], dtype=np.float32)
+        for k, mount in enumerate(self._link):
+            d = self._rays[k].reshape(-1, 3)
+            o = self._origin[k].astype(np.float32) + np.float32(near) * d
+            own[k] = self._meshes[mount].cast(o, d).reshape(SLOTS, RAYS) + np.float32(near)
+        return own
+
+
+def _in_cone(offset: Array, axis: Array, radius: float) -> NDArray[np.bool_]:
+    """(m,) may a ray of each sensor's cone reach a sphere at `offset` (m, 3) from its lens?"""
+    distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))
+    along = np.einsum("ij,ij->i", offset, axis)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        angle = np.arccos(np.clip(along / distance, -1.0, 1.0))
+        widen = np.arcsin(np.clip(radius / distance, 0.0, 1.0))
+    return (distance <= radius) | (angle <= CONE + widen)

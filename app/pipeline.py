@@ -1,0 +1,87 @@
+"""The tick: place, clean, measure, decide. The only file that knows the order of the rooms.
+
+    frames ─► cloud (placed at each frame's own time, judged once) ─► closest pairs
+           ─► command that gives way first and goes to the goal second
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import groupby
+
+from app.config import Params
+from app.control.avoidance import Avoidance
+from app.messages import Cloud, Command, CropBox, Goal, JointState, Pairs, SensorFrame
+from app.perception.cloud import SkinCloud
+from app.perception.proximity import BodyPairs, MountPairs
+from app.robot.history import JointHistory
+from app.robot.model import Robot
+from app.robot.posture import Posture
+from app.robot.skin import Skin
+from app.timing import Stopwatch
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Outcome:
+    """What one tick found and decided. `pairs` are those acted on, `body` the whole body's."""
+
+    posture: Posture
+    cloud: Cloud
+    pairs: Pairs
+    body: Pairs
+    command: Command
+
+
+class Pipeline:
+    """Frames and joint states in, a command out; no clock, no thread, no device."""
+
+    def __init__(self, robot: Robot, skin: Skin, crops: Sequence[CropBox] = ()) -> None:
+        self._robot = robot
+        self._history = JointHistory(robot.n)
+        self._cloud = SkinCloud(robot, skin, crops)
+        self._body = BodyPairs(robot)
+        self._mounts = MountPairs(skin)
+        self._control = Avoidance(robot)
+
+    def tick(
+        self,
+        frames: Sequence[SensorFrame],
+        joints: JointState,
+        goal: Goal | None,
+        params: Params,
+        dt: float,
+        moving: bool = True,
+        watch: Stopwatch | None = None,
+    ) -> Outcome:
+        """One step at `joints.stamp`, `dt` [s] after the last one.
+
+        goal: where the tool should go, None to rest. moving: False brakes to rest.
+        """
+        watch = watch or Stopwatch()
+        self._history.append(joints)
+        posture = self._robot.posture(joints.q)
+        watch.lap("kinematics")
+        for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
+            then = self._robot.posture(self._history.at(stamp))
+            self._cloud.take(list(group), then, params)
+        cloud = self._cloud.view(joints.stamp, params)
+        watch.lap("filter")
+        body = self._body.update(cloud, posture)
+        pairs = body if params.mode == "wb" else self._mounts.update(cloud, posture)
+        watch.lap("pairs")
+        if moving:
+            command = self._control.update(posture, joints, pairs, goal, params, dt)
+        else:
+            command = self._control.brake(joints, dt)
+        watch.lap("control")
+        return Outcome(posture, cloud, pairs, body, command)
+
+    def brake(self, joints: JointState, params: Params, dt: float) -> Outcome:
+        """A tick that trusts nothing new: the last cloud, no pairs acted on, brake to rest."""
+        posture = self._robot.posture(joints.q)
+        cloud = self._cloud.view(joints.stamp, params)
+        body = self._body.update(cloud, posture)
+        return Outcome(posture, cloud, body, body, self._control.brake(joints, dt))
+
+
+def _stamp(frame: SensorFrame) -> float:
+    return frame.stamp

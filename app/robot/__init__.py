@@ -1,0 +1,1 @@
+"""Who we are: model, posture, meshes, skin layout, drivers."""

@@ -1,0 +1,35 @@
+"""A simulated arm: integrates commanded joint velocity, as a real one would follow it."""
+
+import numpy as np
+
+from app.messages import Array, JointState, freeze
+from app.robot.model import Robot
+
+LAG = 0.03  # [s] first-order lag of the velocity loop
+
+
+class SimulatedArm:
+    """Follows velocity commands with a lag, under acceleration, velocity and position limits."""
+
+    def __init__(self, robot: Robot, q: Array | None = None, lag: float = LAG) -> None:
+        self._robot, self._lag = robot, lag
+        self._q = np.clip(robot.home if q is None else q, robot.q_min, robot.q_max)
+        self._qd = np.zeros(robot.n)
+
+    def state(self, now: float) -> JointState:
+        """Where the arm is, as its encoders say."""
+        return JointState(now, freeze(self._q.copy()), freeze(self._qd.copy()))
+
+    def send(self, qd: Array, dt: float) -> Array:
+        """Follow `qd` (n,) for `dt` [s]; returns the joint velocities really applied."""
+        if not np.isfinite(qd).all():
+            raise ValueError("a command with a non-finite joint velocity")
+        r = self._robot
+        step = (1.0 - np.exp(-dt / self._lag)) if self._lag > 0.0 else 1.0
+        change = np.clip(step * (qd - self._qd), -r.qdd_max * dt, r.qdd_max * dt)
+        moved = np.clip(self._qd + change, -r.qd_max, r.qd_max)
+        q = np.clip(self._q + moved * dt, r.q_min, r.q_max)
+        # at a mechanical end the joint stands, whatever was asked
+        self._qd = np.where(q == self._q + moved * dt, moved, 0.0)
+        self._q = q
+        return self._qd.copy()

@@ -1,0 +1,260 @@
+"""The engine: one paced thread that drains actions, runs the tick and publishes a snapshot.
+
+    actions ─► world, sensors ─► pipeline ─► supervisor ─► arm ─► Latest[Snapshot]
+
+Motion stops on any doubt, with a reason: sensors fall silent, a number is not finite, the
+recording ends, an exception escapes a room. Only a person's action sets it going again.
+"""
+
+import logging
+import queue
+import threading
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+
+from app.config import Params
+from app.control.supervisor import Supervisor
+from app.errors import FlinchError
+from app.messages import (
+    Action,
+    AddObstacle,
+    Array,
+    CropBox,
+    Goal,
+    JointState,
+    Mode,
+    MoveObstacle,
+    RemoveObstacle,
+    SetGoal,
+    SetMode,
+    SetParams,
+    Snapshot,
+    Timing,
+    freeze,
+)
+from app.perception.health import SkinHealth
+from app.pipeline import Outcome, Pipeline
+from app.robot.model import Robot
+from app.robot.posture import rigid
+from app.robot.skin import Skin
+from app.sensing.source import Source
+from app.timing import Clock, Latest, Stopwatch, Ticker
+from app.world.world import World
+
+log = logging.getLogger(__name__)
+SILENT_SHARE = 0.5  # of the connected sensors: from this share on the arm is blind
+
+
+class Arm(Protocol):
+    """What the engine needs of an arm; `send` returns what was really applied."""
+
+    def state(self, now: float) -> JointState: ...
+    def send(self, qd: Array, dt: float) -> Array: ...
+
+
+class Engine:
+    """Owns every part of a running arm. `step` is one tick; `start` runs it in a thread."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        skin: Skin,
+        arm: Arm,
+        source: Source,
+        world: World,
+        clock: Clock,
+        *,
+        params: Params | None = None,
+        goal: Goal | None = None,
+        rate: float = 250.0,
+        scene: str = "",
+    ) -> None:
+        self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
+        self.snapshots: Latest[Snapshot] = Latest()
+        self._arm, self._source, self._clock = arm, source, clock
+        self._params = params or Params()
+        self._period = 1.0 / rate
+        self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
+        self._pipeline = Pipeline(robot, skin, world.crops)
+        self._health = SkinHealth(source.connected)
+        self._born = clock.now()
+        self._listening = self._born  # silence is counted from here until a sensor speaks
+        self._supervisor = Supervisor(Mode.RUNNING, self._born)
+        self._ticker = Ticker(clock, self._period)
+        self._last_stamp: float | None = None
+        self._tick = 0
+        self._notice = ""
+        here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
+        self._goal = goal or here
+        self._held = here
+        self._thread: threading.Thread | None = None
+        self._quit = threading.Event()
+
+    @property
+    def source(self) -> str:
+        """Where the frames come from, in words."""
+        return self._source.name
+
+    @property
+    def crops(self) -> tuple[CropBox, ...]:
+        """Boxes of the static cell."""
+        return self.world.crops
+
+    @property
+    def params(self) -> Params:
+        """The settings in force."""
+        return self._params
+
+    def ended(self) -> bool:
+        """Will no frame ever come again?"""
+        return bool(self._source.ended())
+
+    @property
+    def ticker(self) -> Ticker:
+        """Pace and lateness of the loop."""
+        return self._ticker
+
+    def post(self, action: Action) -> None:
+        """Queue an action for the head of the next tick; thread-safe, returns at once."""
+        self._actions.put(action)
+
+    # --- one tick -------------------------------------------------------------------------
+
+    def step(self) -> Snapshot:
+        """One tick at the clock's time; never raises for what a stop can answer."""
+        late = self._ticker.wait()
+        now = self._clock.now()
+        elapsed = self._period if self._last_stamp is None else now - self._last_stamp
+        dt = min(max(elapsed, 0.1 * self._period), 5.0 * self._period)
+        self._last_stamp = now
+        watch = Stopwatch()
+        self._drain(now)
+        joints = self._arm.state(now)
+        try:
+            if not (np.isfinite(joints.q).all() and np.isfinite(joints.qd).all()):
+                raise FlinchError("the arm reports a joint value that is not finite")
+            self.world.step(now - self._born)
+            frames = self._source.poll(now, self.robot.posture(joints.q))
+            watch.lap("simulate")
+            self._health.update(frames)
+            self._doubt(now)
+            mode = self._supervisor.mode
+            moving = mode is not Mode.STOPPED and self._health.heard
+            goal = self._goal if mode is Mode.RUNNING else self._held
+            outcome = self._pipeline.tick(frames, joints, goal, self._params, dt, moving, watch)
+            if not np.isfinite(outcome.command.qd).all():
+                raise FlinchError("the controller asked for a joint velocity that is not finite")
+            self._arm.send(outcome.command.qd, dt)
+            watch.lap("drive")
+        except Exception as error:
+            # whatever went wrong, the arm stops; the reason is shown and the trace is logged
+            if self._supervisor.mode is not Mode.STOPPED:
+                log.exception("tick %d failed; the arm stops", self._tick)
+            reason = str(error) if isinstance(error, FlinchError) else f"internal error: {error!r}"
+            self._supervisor.fault(reason, now)
+            outcome = self._blind(joints, dt)
+        snapshot = self._snapshot(now, joints, outcome, watch, late)
+        self.snapshots.put(snapshot, now)
+        self._tick += 1
+        return snapshot
+
+    def _doubt(self, now: float) -> None:
+        """Stop where the sensors give a reason to."""
+        ended = self._source.ended()
+        if ended:
+            self._supervisor.fault(ended, now)
+        limit = self._params.silence
+        silent = self._health.silent(now, limit, self._listening)
+        connected = int(self._source.connected.sum())
+        if silent >= SILENT_SHARE * connected:
+            self._supervisor.fault(
+                f"{silent} of {connected} sensors silent for more than {limit:g} s", now
+            )
+
+    def _blind(self, joints: JointState, dt: float) -> Outcome:
+        """The outcome of a tick that failed: brake, with the last cloud that is left."""
+        finite = np.isfinite(joints.q).all()
+        safe = joints if finite else JointState(joints.stamp, self.robot.home, self.robot.home * 0)
+        outcome = self._pipeline.brake(safe, self._params, dt)
+        if finite:
+            self._arm.send(outcome.command.qd, dt)
+        return outcome
+
+    def _snapshot(
+        self, now: float, joints: JointState, outcome: Outcome, watch: Stopwatch, late: float
+    ) -> Snapshot:
+        return Snapshot(
+            tick=self._tick,
+            stamp=now,
+            joints=joints,
+            T_base_link=outcome.posture.T_base_link,
+            T_base_tool=outcome.posture.T_base_tool,
+            goal=self._goal,
+            cloud=outcome.cloud,
+            pairs=outcome.pairs,
+            body=outcome.body,
+            command=outcome.command,
+            status=self._supervisor.status,
+            params=self._params,
+            health=freeze(self._health.states(now, self._params.frame_age)),
+            rate=freeze(self._health.rates()),
+            world=self.world.poses(),
+            timing=Timing(watch.laps, late),
+            notice=self._notice,
+        )
+
+    # --- actions --------------------------------------------------------------------------
+
+    def _drain(self, now: float) -> None:
+        while True:
+            try:
+                action = self._actions.get_nowait()
+            except queue.Empty:
+                return
+            try:
+                self._act(action, now)
+                self._notice = ""
+            except (FlinchError, ValueError) as refused:
+                self._notice = str(refused)
+
+    def _act(self, action: Action, now: float) -> None:
+        match action:
+            case SetGoal(T_base_tool=T):
+                self._goal = Goal(freeze(rigid(T)))
+            case SetParams(changes=changes):
+                self._params = replace(self._params, **changes)
+            case SetMode(mode=mode, reason=reason):
+                if mode is Mode.HOLDING:
+                    q = self._arm.state(now).q
+                    self._held = Goal(freeze(self.robot.posture(q).T_base_tool.copy()))
+                if mode is not Mode.STOPPED:
+                    self._listening = now
+                self._supervisor.request(mode, reason, now)
+            case AddObstacle(name=name, shape=shape, position=position):
+                self.world.add(name, shape, position)
+            case MoveObstacle(name=name, T_base_body=T):
+                self.world.move(name, rigid(T))
+            case RemoveObstacle(name=name):
+                self.world.remove(name)
+
+    # --- the thread -----------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Run ticks in a thread of their own until `stop`."""
+        if self._thread is not None:
+            raise RuntimeError("the engine runs already")
+        self._thread = threading.Thread(target=self._run, name="flinch-control", daemon=True)
+        self._thread.start()
+
+    def stop(self) -> None:
+        """End the thread; returns when it has ended."""
+        self._quit.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def _run(self) -> None:
+        while not self._quit.is_set():
+            self.step()

@@ -1,0 +1,209 @@
+"""Simulated sensors: the only eye of the simulated robot.
+
+A zone integrates over its solid angle, so it is simulated with 3 x 3 sub-rays against the
+world AND the robot's own links; the nearest cluster of depths is what it reports, never the
+mean. Sensors are staggered over one period and their frames arrive `latency` later.
+"""
+
+from collections import deque
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.messages import SLOTS, Array, SensorFrame, freeze
+from app.raycast import MISS
+from app.robot.model import Robot
+from app.robot.posture import Posture
+from app.robot.skin import FIELD_OF_VIEW, Skin, range_noise, zone_directions
+from app.sensing.error_model import (
+    FIRST,
+    MERGE_DEPTH,
+    MERGED,
+    NO_TARGET,
+    UNCONFIRMED,
+    VALID,
+    ErrorModel,
+    Reading,
+)
+from app.world.world import World
+
+RATE = 15.0  # [Hz] the fastest for 8x8 (UM3109)
+LATENCY = 0.05  # [s] from measurement to the host
+FAR = 4.0  # [m] nothing is seen beyond
+CONE = np.arctan(np.sqrt(2.0) * np.tan(FIELD_OF_VIEW / 2.0))  # half angle that holds the pyramid
+SUB = 9  # sub-rays a zone
+
+
+class SimulatedSkin:
+    """Frames of every sensor of `skin` on `robot` in `world`, seeded."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        skin: Skin,
+        world: World,
+        seed: int = 0,
+        errors: ErrorModel | None = None,
+        latency: float = LATENCY,
+    ) -> None:
+        self.name = "simulated"
+        self.connected: NDArray[np.bool_] = np.ones(skin.count, dtype=bool)
+        self.muted: set[int] = set()  # sensors that have gone silent, for trying faults
+        self._robot, self._skin, self._world = robot, skin, world
+        self._errors = errors or ErrorModel()
+        self._latency = latency
+        self._random = np.random.default_rng(seed)
+        self._rays = [_sub_rays(skin, k) for k in range(skin.count)]
+        self._own = [self._own_link(k) for k in range(skin.count)]
+        self._range = [self._errors.range_90(s.resolution) for s in skin.sensors]
+        bias = self._random.normal(0.0, self._errors.zone_bias, (skin.count, SLOTS))
+        self._bias = np.clip(bias, -0.04, 0.04)
+        self._next: Array | None = None
+        self._sequence = np.zeros(skin.count, dtype=np.int64)
+        self._had_target = np.zeros((skin.count, SLOTS), dtype=bool)
+        self._on_the_way: deque[SensorFrame] = deque()
+
+    def poll(self, now: float, posture: Posture) -> list[SensorFrame]:
+        """Measure with the sensors that are due, return the frames that have arrived."""
+        period = 1.0 / RATE
+        if self._next is None:
+            self._next = now + period * np.arange(self._skin.count) / self._skin.count
+        for k in np.flatnonzero(self._next <= now + 1e-9):
+            # after a stall the schedule goes on from now: a sensor never sends a burst
+            self._next[k] = max(self._next[k] + period, now)
+            if k not in self.muted:
+                self._on_the_way.append(self._frame(int(k), now, posture))
+        arrived = []
+        while self._on_the_way and self._on_the_way[0].stamp + self._latency <= now + 1e-9:
+            arrived.append(self._on_the_way.popleft())
+        return arrived
+
+    def ended(self) -> str:
+        """A simulation never ends by itself."""
+        return ""
+
+    def read(self, k: int, posture: Posture) -> Reading:
+        """The truth in each zone of sensor k, for the error model and for judging filters."""
+        link = int(self._skin.link[k])
+        T = posture.T_base_link[link]
+        rays = self._rays[k]
+        zones = self._skin.sensors[k].resolution ** 2
+        origin = T[:3, :3] @ self._skin.origin[k] + T[:3, 3]
+        axis = T[:3, :3] @ self._skin.axis[k]
+        directions = rays @ T[:3, :3].T
+        origins = np.broadcast_to(origin, directions.shape)
+        hit = self._world.cast(origins, directions, (origin, axis, float(CONE), FAR))
+        label = np.where(np.isfinite(hit), -1, -2).astype(np.int16)
+        own = self._own[k]
+        label[own < hit] = link
+        hit = np.minimum(hit, own)
+        for i, mesh in enumerate(self._robot.rigid):
+            if i == link:
+                continue
+            T_body_link = _relative(posture.T_base_link[i], T)
+            at = T_body_link[:3, :3] @ self._skin.origin[k] + T_body_link[:3, 3]
+            along = T_body_link[:3, :3] @ self._skin.axis[k]
+            if not _in_cone(mesh.centre - at, along, mesh.radius):
+                continue
+            rays_body = np.ascontiguousarray(rays @ T_body_link[:3, :3].T, dtype=np.float32)
+            t = mesh.cast(np.tile(at.astype(np.float32), (len(rays_body), 1)), rays_body)
+            label[t < hit] = i
+            hit = np.minimum(hit, t)
+        depth = (hit * (rays @ self._skin.axis[k])).reshape(zones, SUB)
+        return _nearest_cluster(depth, label.reshape(zones, SUB))
+
+    def _frame(self, k: int, now: float, posture: Posture) -> SensorFrame:
+        truth = self.read(k, posture)
+        e, rng = self._errors, self._random
+        depth = truth.depth
+        seen = depth <= FAR
+        safe = np.where(seen, depth, 1.0)
+        distance = safe
+        status = np.where(truth.merged, MERGED, VALID)
+        if not e.ideal:
+            seen &= rng.random(SLOTS) < e.detection(safe, self._range[k])
+            near = e.near_offset * np.clip(1.0 - safe / e.near_range, 0.0, 1.0)
+            noise = rng.normal(size=SLOTS) * range_noise(safe)
+            distance = safe * (1.0 + self._bias[k]) + near + noise
+            draw = rng.random(SLOTS)
+            status[draw < e.bad_4] = 4
+            status[(draw >= e.bad_4) & (draw < e.bad_4 + e.bad_2)] = 2
+            status[seen & ~self._had_target[k] & (status == VALID)] = UNCONFIRMED
+            if self._sequence[k] == 0:
+                status[status == UNCONFIRMED] = FIRST
+            # what a real sensor leaves in a zone without a target is stale junk
+            distance = np.where(seen, distance, rng.uniform(0.02, 2.0, SLOTS))
+        self._had_target[k] = seen
+        self._sequence[k] += 1
+        return SensorFrame(
+            sensor=k,
+            stamp=now,
+            sequence=int(self._sequence[k]),
+            distance=freeze(np.round(np.maximum(distance, 0.0), 3)),
+            status=freeze(np.where(seen, status, NO_TARGET).astype(np.uint8)),
+            targets=freeze(seen.astype(np.uint8)),
+        )
+
+    def _own_link(self, k: int) -> NDArray[np.float32]:
+        """Hits on the sensor's own link never change; cast once."""
+        rays = np.ascontiguousarray(self._rays[k], dtype=np.float32)
+        origins = np.tile(self._skin.origin[k].astype(np.float32), (len(rays), 1))
+        return self._robot.rigid[self._skin.link[k]].cast(origins, rays)
+
+
+def _sub_rays(skin: Skin, k: int) -> Array:
+    """(zones * 9, 3) unit directions in the link frame, zone by zone."""
+    sensor = skin.sensors[k]
+    n = sensor.resolution
+    row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
+    step_row, step_column = np.divmod(np.arange(SUB, dtype=np.float64), 3)
+    rows = (row[:, None] + (step_row - 1.0) / 3.0).ravel()
+    columns = (column[:, None] + (step_column - 1.0) / 3.0).ravel()
+    d = zone_directions(sensor, rows, columns) @ sensor.T_link_sensor[:3, :3].T
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def _nearest_cluster(depth: Array, label: NDArray[np.int16]) -> Reading:
+    """Merge the sub-rays (zones, 9) of each zone as the sensor's pulse detection does."""
+    zones = len(depth)
+    rows = np.arange(zones)
+    first = depth.min(axis=1)
+    # a slanted surface is one target: what lies within a tenth of the nearest belongs to it
+    reach = first + np.maximum(0.05, 0.1 * first)
+    cluster = depth <= reach[:, None]
+    count = cluster.sum(axis=1)
+    with np.errstate(invalid="ignore"):
+        mean = np.where(cluster, depth, 0.0).sum(axis=1) / np.maximum(count, 1)
+    mean[~np.isfinite(first)] = MISS
+    behind = ~cluster & (depth < (first + MERGE_DEPTH)[:, None])
+    out = Reading(
+        depth=np.full(SLOTS, np.inf),
+        merged=np.zeros(SLOTS, dtype=bool),
+        label=np.full(SLOTS, -2, dtype=np.int16),
+        pure=np.ones(SLOTS, dtype=bool),
+    )
+    out.depth[:zones] = mean
+    out.merged[:zones] = behind.any(axis=1)
+    out.label[:zones] = label[rows, depth.argmin(axis=1)]
+    out.pure[:zones] = (label == label[:, :1]).all(axis=1)
+    return out
+
+
+def _relative(T_base_a: Array, T_base_b: Array) -> Array:
+    """T_a_b of two posed frames."""
+    T = np.eye(4)
+    Rt = T_base_a[:3, :3].T
+    T[:3, :3] = Rt @ T_base_b[:3, :3]
+    T[:3, 3] = Rt @ (T_base_b[:3, 3] - T_base_a[:3, 3])
+    return T
+
+
+def _in_cone(offset: Array, axis: Array, radius: float) -> bool:
+    """May a ray of the sensor's cone reach a sphere at `offset` from the lens?"""
+    distance = float(np.linalg.norm(offset))
+    if distance <= radius:
+        return True
+    if distance - radius > FAR:
+        return False
+    angle = np.arccos(np.clip(float(offset @ axis) / distance, -1.0, 1.0))
+    return bool(angle <= CONE + np.arcsin(radius / distance))

@@ -1,0 +1,1 @@
+"""What we learn: true distances, headless runs, benchmarks and their reports."""

@@ -1,0 +1,102 @@
+"""The same engine without a page and without waiting: a run and what came of it."""
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from app.config import Params
+from app.control.goals import goal_error
+from app.messages import Mode, Snapshot
+from app.runtime import Engine
+from app.studies.report import Check, Report
+from app.studies.truth import TrueDistance
+from app.timing import ManualClock
+from app.wiring import Setup, build_engine
+
+JUDGED_EVERY = 0.02  # [s] true distances are exact and cost a millisecond
+
+
+@dataclass
+class Record:
+    """What was seen along a run; distances in metres, over time in `stamp` [s]."""
+
+    stamp: list[float] = field(default_factory=list)
+    true_distance: list[float] = field(default_factory=list)
+    seen_distance: list[float] = field(default_factory=list)
+    activation: list[float] = field(default_factory=list)
+    stops: list[dict[str, object]] = field(default_factory=list)
+    overspeed: float = -np.inf  # [rad/s] largest excess over a velocity limit
+    overreach: float = -np.inf  # [rad] largest excess over a position limit
+
+    def steady(self, seconds: float) -> float:
+        """Mean true distance [m] over the last `seconds`."""
+        last = np.array(self.stamp) > self.stamp[-1] - seconds
+        return float(np.mean(np.array(self.true_distance)[last]))
+
+
+class Judge:
+    """Watches an engine and knows the truth; the engine does not know the judge."""
+
+    def __init__(self, engine: Engine) -> None:
+        self._engine = engine
+        robot = engine.robot
+        self._moving = np.flatnonzero(robot.supports.any(axis=1))
+        self._truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
+        shapes = engine.world.shapes()
+        self._cell = [c.name for c in engine.crops if c.name in shapes]  # static, never avoided
+        self._next = -np.inf
+        self._mode = Mode.RUNNING
+        self.record = Record()
+
+    def see(self, s: Snapshot) -> None:
+        """Take note of one tick."""
+        r, robot = self.record, self._engine.robot
+        r.overspeed = max(r.overspeed, float((np.abs(s.joints.qd) - robot.qd_max).max()))
+        outside = np.maximum(s.joints.q - robot.q_max, robot.q_min - s.joints.q)
+        r.overreach = max(r.overreach, float(outside.max()))
+        if s.status.mode is Mode.STOPPED and self._mode is not Mode.STOPPED:
+            r.stops.append({"at": s.stamp, "reason": s.status.reason})
+        self._mode = s.status.mode
+        if s.stamp >= self._next:
+            self._next = s.stamp + JUDGED_EVERY
+            true = self._truth.measure(s.T_base_link, self._engine.world, self._cell)[self._moving]
+            r.stamp.append(s.stamp)
+            r.true_distance.append(float(true.min()))
+            r.seen_distance.append(float(s.body.distance[self._moving].min()))
+            r.activation.append(s.command.activation)
+
+
+def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Record, Snapshot]:
+    """Run for `seconds` of simulated time, or until the recording has ended."""
+    engine = build_engine(setup, ManualClock(), params)
+    judge = Judge(engine)
+    while True:
+        snapshot = engine.step()
+        judge.see(snapshot)
+        if snapshot.stamp >= seconds or engine.ended():
+            return judge.record, snapshot
+
+
+def summary(setup: Setup, seconds: float, params: Params | None = None) -> Report:
+    """A run as a report: smallest true and perceived distance, goal error, stops."""
+    record, last = run(setup, seconds, params)
+    position, angle = goal_error(last.T_base_tool, last.goal.T_base_tool)
+    row = {
+        "name": "run",
+        "scene": setup.scene,
+        "sensors": setup.sensors,
+        "mode": last.params.mode,
+        "seconds": last.stamp,
+        "ticks": last.tick + 1,
+        "min_true_distance_m": min(record.true_distance),
+        "min_perceived_distance_m": min(record.seen_distance),
+        "goal_error_m": position,
+        "goal_error_rad": angle,
+        "status": last.status.mode.value,
+        "stops": record.stops,
+    }
+    checks = [
+        Check("excess over a joint velocity limit", record.overspeed, "rad/s", 0.0),
+        Check("excess over a joint position limit", record.overreach, "rad", 0.0),
+    ]
+    return Report("run", setup.seed, [row], checks)

@@ -1,0 +1,126 @@
+"""The true distance between the robot's links and the simulated world. For judging only.
+
+Links are meshes; the world's boxes, spheres, capsules and cylinders are exact solids, its
+mesh bodies are surfaces. An exact answer costs up to a millisecond, so every pair is first
+bounded from below by the distance of the link's bounding box, which costs microseconds, and
+only pairs that may still be the nearest are measured.
+"""
+
+from collections.abc import Collection, Sequence
+from typing import Any, NamedTuple
+
+import coal
+import numpy as np
+from numpy.typing import NDArray
+
+from app.errors import WorldError, options
+from app.messages import Array
+from app.world.shapes import Shape
+from app.world.world import World
+
+
+class Hull(NamedTuple):
+    """A geometry to measure, and a box around it to bound with: centre (3,), own frame."""
+
+    exact: Any
+    box: Any
+    centre: Array
+
+
+class TrueDistance:
+    """Distances from every link to everything in a world.
+
+    bodies: (vertices (V, 3) [m], faces (F, 3)) of each link, link frame.
+    """
+
+    def __init__(self, bodies: Sequence[tuple[Array, NDArray[np.int64]]]) -> None:
+        self._links = [_surface(vertices, faces) for vertices, faces in bodies]
+        self._solids: dict[Shape, Hull] = {}  # each shape is prepared when first met
+        self._request = coal.DistanceRequest()
+        self._request.enable_signed_distance = True
+
+    def measure(self, T_base_link: Array, world: World, leave_out: Collection[str] = ()) -> Array:
+        """Distances (L,) [m] of links posed at T_base_link (L, 4, 4) to their nearest body.
+
+        Zero or less on contact, but not a depth to rely on; +inf without any body. A body
+        that lies inside a link without touching its surface counts as outside. Bodies named
+        in `leave_out` are ignored, such as the table that the base stands on; WorldError if
+        there is none of that name.
+        """
+        return np.array([d for d, _ in self.nearest(T_base_link, world, leave_out)])
+
+    def nearest(
+        self, T_base_link: Array, world: World, leave_out: Collection[str] = ()
+    ) -> list[tuple[float, str]]:
+        """As `measure`, with the name of each link's nearest body ("" without any body)."""
+        shapes = world.shapes()
+        for name in leave_out:
+            if name not in shapes:
+                raise WorldError(f"no body {name!r} to leave out; {options(name, shapes)}")
+        others = [
+            (p.view.name, self._solid(shapes[p.view.name]), p.T_base_body)
+            for p in world.poses()
+            if p.view.name not in leave_out
+        ]
+        return [
+            self._nearest(link, T, others) for link, T in zip(self._links, T_base_link, strict=True)
+        ]
+
+    def _nearest(
+        self, link: Hull, T_base_link: Array, others: list[tuple[str, Hull, Array]]
+    ) -> tuple[float, str]:
+        at_link, at_box = _at(T_base_link), _at(T_base_link, link.centre)
+        bounds = []
+        for i, (_, solid, T) in enumerate(others):
+            bound = self._distance(link.box, at_box, solid.box, _at(T, solid.centre))
+            # boxes that overlap say nothing of how deep the exact shapes do
+            bounds.append((bound if bound > 0.0 else -np.inf, i))
+        best, nearest = np.inf, ""
+        for bound, i in sorted(bounds):
+            if bound >= best:
+                break
+            name, solid, T = others[i]
+            d = self._distance(link.exact, at_link, solid.exact, _at(T))
+            if d < best:
+                best, nearest = d, name
+        return best, nearest
+
+    def _distance(self, a: Any, at_a: Any, b: Any, at_b: Any) -> float:
+        return float(coal.distance(a, at_a, b, at_b, self._request, coal.DistanceResult()))
+
+    def _solid(self, shape: Shape) -> Hull:
+        if shape not in self._solids:
+            self._solids[shape] = _solid(shape)
+        return self._solids[shape]
+
+
+def _solid(shape: Shape) -> Hull:
+    """A world's shape; a primitive bounds itself, since it is as quick as a box."""
+    if shape.kind == "mesh":
+        return _surface(shape.vertices, shape.faces)
+    makers = {
+        "box": coal.Box,
+        "panel": coal.Box,
+        "sphere": coal.Sphere,
+        "cylinder": coal.Cylinder,
+        "capsule": coal.Capsule,
+    }
+    solid = makers[shape.kind](*shape.dims)
+    return Hull(solid, solid, np.zeros(3))
+
+
+def _surface(vertices: Array, faces: NDArray[np.int64]) -> Hull:
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(len(faces), len(vertices))
+    model.addVertices(np.asarray(vertices, dtype=np.float64))
+    model.addTriangles(np.asarray(faces))
+    model.endModel()
+    used = vertices[np.unique(faces)]
+    low, high = used.min(axis=0), used.max(axis=0)
+    return Hull(model, coal.Box(*(high - low)), (low + high) / 2)
+
+
+def _at(T: Array, offset: Array | None = None) -> Any:
+    """A pose (4, 4), moved by `offset` (3,) in its own frame, as coal wants it."""
+    R, p = T[:3, :3], T[:3, 3]
+    return coal.Transform3s(R, p if offset is None else p + R @ offset)

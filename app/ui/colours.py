@@ -1,0 +1,43 @@
+"""Colours that mean something, once: RGB, 0..255. Chosen to stay apart for colour-blind eyes."""
+
+from app.messages import SensorHealth, Verdict
+
+RGB = tuple[int, int, int]
+
+CALM: RGB = (46, 139, 87)
+WARN: RGB = (230, 159, 0)
+ALARM: RGB = (204, 51, 34)
+GREY: RGB = (130, 135, 142)
+DARK: RGB = (60, 66, 74)
+
+HEALTH: dict[SensorHealth, RGB] = {
+    SensorHealth.ABSENT: (150, 155, 160),
+    SensorHealth.WAITING: (86, 140, 220),
+    SensorHealth.GOOD: CALM,
+    SensorHealth.POOR: WARN,
+    SensorHealth.STALE: ALARM,
+}
+
+RAW: RGB = (70, 75, 82)
+POINT: dict[Verdict, RGB] = {
+    Verdict.KEPT: (0, 114, 189),
+    Verdict.SELF: (204, 51, 34),
+    Verdict.BEHIND: (170, 80, 170),
+    Verdict.STATIC: (130, 135, 142),
+    Verdict.BAD_STATUS: (230, 159, 0),
+    Verdict.OUT_OF_RANGE: (120, 94, 60),
+    Verdict.STALE: (240, 120, 150),
+}
+
+
+def activation_colour(activation: float) -> RGB:
+    """From calm to alarm in five steps: each new colour rebuilds a material in the browser."""
+    share = round(min(max(activation, 0.0), 1.0) * 4) / 4
+    low, high, t = (CALM, WARN, share * 2) if share <= 0.5 else (WARN, ALARM, share * 2 - 1)
+    r, g, b = (round(a + (z - a) * t) for a, z in zip(low, high, strict=True))
+    return (r, g, b)
+
+
+def css(colour: RGB) -> str:
+    """The colour as `#rrggbb`."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -1,0 +1,116 @@
+"""The page: every view on one server, fed by one pump."""
+
+from types import TracebackType
+from typing import Self
+
+import viser
+
+from app.assets import asset_folder
+from app.timing import Clock, WallClock
+from app.ui.engine import Engine
+from app.ui.panels.control_panel import ControlPanel
+from app.ui.panels.health_panel import HealthPanel
+from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
+from app.ui.panels.params_panel import ParamsPanel
+from app.ui.panels.plot_panel import PlotPanel
+from app.ui.panels.view_panel import ViewPanel
+from app.ui.pump import Pump
+from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.goal_view import GoalView
+from app.ui.scene.pair_view import PairView
+from app.ui.scene.robot_view import RobotView
+from app.ui.scene.stage import Stage
+from app.ui.scene.switch import Switch
+from app.ui.scene.world_view import WorldView
+from app.ui.server import open_page, page_url
+from app.ui.traffic import Traffic
+
+
+class Page:
+    """Built at once, shown from `start` to `stop`; a context manager does both.
+
+    Raises `ServerError` when the port is taken.
+    """
+
+    def __init__(
+        self,
+        engine: Engine,
+        host: str = "127.0.0.1",
+        port: int = 8080,
+        clock: Clock | None = None,
+        shapes: Shapes = SHAPES,
+    ) -> None:
+        self.server = open_page(host, port, f"Flinch · {engine.robot.title}")
+        try:
+            self._build(engine, clock or WallClock(), shapes)
+        except BaseException:
+            self.server.stop()
+            raise
+
+    @property
+    def url(self) -> str:
+        """The address to open."""
+        return page_url(self.server)
+
+    @property
+    def fault(self) -> Exception | None:
+        """What ended the pump, if anything did."""
+        return self.pump.fault
+
+    def start(self) -> None:
+        self.pump.start()
+
+    def stop(self) -> None:
+        self.pump.stop()
+        self.server.stop()
+
+    def __enter__(self) -> Self:
+        self.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.stop()
+
+    def _build(self, engine: Engine, clock: Clock, shapes: Shapes) -> None:
+        server, gui = self.server, self.server.gui
+        traffic = Traffic(server)
+        self.stage = Stage(server, engine.crops)
+        self.robot = RobotView(server, engine)
+        self.cloud = CloudView(server, engine)
+        self.pair = PairView(server, engine)
+        self.goal = GoalView(server, engine, clock)
+        self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
+
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(370)
+        self.control = ControlPanel(server, engine, clock)
+        tabs = gui.add_tab_group()
+        with tabs.add_tab("Obstacles"):
+            self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
+        with tabs.add_tab("View"):
+            self.switches = ViewPanel(server, self._switches())
+        with tabs.add_tab("Settings"):
+            self.params = ParamsPanel(server, engine, clock)
+        with tabs.add_tab("Health"):
+            self.health = HealthPanel(server, engine, traffic)
+        with tabs.add_tab("Help"):
+            gui.add_markdown((asset_folder("static_assets") / "help.md").read_text("utf-8"))
+        charts = gui.add_panel()
+        with charts.add_tab("Distance", viser.Icon.CHART_LINE):
+            self.plot = PlotPanel(server)
+        charts.float(x=12, y=-12, width=370)
+
+        views = (
+            self.stage, self.robot, self.cloud, self.pair, self.goal, self.world,
+            self.control, self.obstacles, self.params, self.plot, self.health,
+        )  # fmt: skip
+        self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
+
+    def _switches(self) -> list[Switch]:
+        views = (self.robot, self.world, self.goal, self.pair, self.cloud, self.stage)
+        return [switch for view in views for switch in view.switches()]

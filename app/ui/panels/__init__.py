@@ -1,0 +1,1 @@
+"""What surrounds the scene: one panel a concern, each with `update(snapshot)`."""

@@ -1,0 +1,78 @@
+"""The last half minute: smallest distance with its two thresholds, and the activation."""
+
+from collections import deque
+
+import numpy as np
+import viser
+from viser import uplot
+
+from app.messages import Array, Snapshot
+from app.ui.colours import ALARM, POINT, WARN, Verdict, css
+from app.ui.pacing import Every
+
+PERIOD = 0.1  # [s]
+SPAN = 30.0  # [s]
+CEILING = 100.0  # [cm] farther, or nothing in sight, is drawn at the top
+LENGTH = int(SPAN / PERIOD)
+
+AXIS = {"size": 42, "font": "11px sans-serif"}
+TIME = {"size": 24, "font": "11px sans-serif"}
+
+
+class PlotPanel:
+    """Two charts of 300 samples."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self._pace = Every(PERIOD)
+        self._rows: deque[tuple[float, float, float, float]] = deque(maxlen=LENGTH)
+        empty = tuple(np.zeros(LENGTH) for _ in range(4))
+        seconds = {"time": False, "range": (-SPAN, 0.0)}
+        self.distance = server.gui.add_uplot(
+            (np.linspace(-SPAN, 0.0, LENGTH), *empty[:3]),
+            (
+                uplot.Series(label="s"),
+                uplot.Series(label="distance [cm]", stroke=css(POINT[Verdict.KEPT]), width=2),
+                uplot.Series(label="d_min", stroke=css(ALARM), width=1, dash=(6, 4)),
+                uplot.Series(label="d_min + delta", stroke=css(WARN), width=1, dash=(6, 4)),
+            ),
+            title="Smallest distance [cm]",
+            scales={"x": seconds, "y": {"range": (0.0, 1.04 * CEILING)}},  # type: ignore[dict-item]
+            axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
+            legend=uplot.Legend(show=False),
+            height=150,
+        )
+        self.activation = server.gui.add_uplot(
+            (np.linspace(-SPAN, 0.0, LENGTH), empty[0]),
+            (
+                uplot.Series(label="s"),
+                uplot.Series(
+                    label="activation", stroke=css(ALARM), fill=css(ALARM) + "30", width=1.5
+                ),
+            ),
+            title="Activation of the avoidance, 0 to 1",
+            scales={"x": seconds, "y": {"range": (0.0, 1.04)}},  # type: ignore[dict-item]
+            axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
+            legend=uplot.Legend(show=False),
+            height=105,
+        )
+
+    def update(self, snapshot: Snapshot) -> None:
+        if not self._pace.due(snapshot.stamp):
+            return
+        params = snapshot.params
+        near = min(100.0 * snapshot.pairs.minimum, CEILING)
+        if self._rows and self._rows[-1][0] > snapshot.stamp:  # the clock was set back
+            self._rows.clear()
+        self._rows.append((snapshot.stamp, near, 100.0 * params.d_min, snapshot.command.activation))
+        rows = filled(self._rows)
+        d_min = rows[:, 2]
+        upper = d_min + 100.0 * params.delta
+        self.distance.data = (rows[:, 0], rows[:, 1], d_min, upper)
+        self.activation.data = (rows[:, 0], rows[:, 3])
+
+
+def filled(rows: deque[tuple[float, float, float, float]]) -> Array:
+    """(LENGTH, 4) rows with times relative to the newest; before the first, the first repeats."""
+    a = np.array(rows)
+    a[:, 0] -= a[-1, 0]
+    return np.concatenate((np.repeat(a[:1], LENGTH - len(a), axis=0), a))

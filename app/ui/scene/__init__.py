@@ -1,0 +1,1 @@
+"""The 3D scene: one view a thing to see."""

@@ -1,0 +1,89 @@
+"""What the skin sees, one point cloud for each verdict.
+
+A changed count makes the browser allocate anew and a changed colour makes it build a new
+material, so every cloud has all the slots of the skin and one colour for ever; slots of
+another verdict are parked on a point of this one. Hidden clouds are not sent.
+"""
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+import viser
+from numpy.typing import NDArray
+
+from app.messages import SLOTS, Array, Snapshot, Verdict
+from app.ui.colours import POINT, RAW, RGB
+from app.ui.engine import Engine
+from app.ui.scene.switch import Switch
+
+Mask = NDArray[np.bool_]
+
+WORDS: dict[Verdict | None, tuple[str, str]] = {  # label and help of the switch
+    None: ("All points", "every zone that has a distance"),
+    Verdict.KEPT: ("Kept points", "points of the world: believed, and avoided"),
+    Verdict.SELF: ("Self points", "thrown away: the robot's own body"),
+    Verdict.BEHIND: ("Points behind", "thrown away: farther than the body in the ray's way"),
+    Verdict.STATIC: ("Static points", "thrown away: inside a crop box"),
+    Verdict.BAD_STATUS: ("Bad status", "thrown away: the sensor itself distrusts it"),
+    Verdict.OUT_OF_RANGE: ("Out of range", "thrown away: too near or too far"),
+    Verdict.STALE: ("Stale points", "thrown away: too old"),
+}
+
+
+@dataclass
+class _Class:
+    """One cloud; `verdict` None is every slot that has a distance."""
+
+    handle: viser.PointCloudHandle
+    verdict: Verdict | None
+    on: bool
+
+
+class CloudView:
+    """One cloud a verdict, and one of all measured points."""
+
+    def __init__(self, server: viser.ViserServer, engine: Engine) -> None:
+        slots = SLOTS * len(engine.skin.sensors)
+
+        def cloud(name: str, colour: RGB, size: float) -> viser.PointCloudHandle:
+            return server.scene.add_point_cloud(
+                f"/cloud/{name}",
+                np.zeros((slots, 3), dtype=np.float32),
+                colour,
+                point_size=size,
+                point_shape="circle",
+                precision="float32",
+                visible=False,
+            )
+
+        self._classes = [_Class(cloud("raw", RAW, 0.004), None, False)]
+        for verdict, colour in POINT.items():
+            size = 0.008 if verdict is Verdict.KEPT else 0.006
+            handle = cloud(verdict.name.lower(), colour, size)
+            self._classes.append(_Class(handle, verdict, verdict is Verdict.KEPT))
+
+    def update(self, snapshot: Snapshot) -> None:
+        points, verdict = snapshot.cloud.points, snapshot.cloud.verdict
+        measured: Mask = np.asarray(np.isfinite(points).all(axis=1))
+        for c in self._classes:
+            mine = measured.copy()
+            if c.verdict is not None:
+                mine[verdict != c.verdict] = False
+            shown = c.on and bool(mine.any())
+            if shown:
+                c.handle.points = parked(points, mine)
+            c.handle.visible = shown
+
+    def switches(self) -> list[Switch]:
+        out = []
+        for c in self._classes:
+            label, words = WORDS[c.verdict]
+            out.append(Switch(label, c.on, partial(setattr, c, "on"), words))
+        return out
+
+
+def parked(points: Array, mine: Mask) -> NDArray[np.float32]:
+    """(S, 3) float32: rows of `mine` as they are, all others on the first of them."""
+    first = points[int(np.argmax(mine))]
+    return np.where(mine[:, None], points, first).astype(np.float32)

@@ -1,0 +1,54 @@
+"""The goal as a handle to drag, and the tool as it is.
+
+Two windows share the handle. It follows the arm's goal, except while a hand is on it and a
+moment after, when snapshots still tell an older goal.
+"""
+
+import numpy as np
+import viser
+
+from app.messages import SetGoal, Snapshot
+from app.timing import Clock
+from app.ui.engine import Engine
+from app.ui.pacing import HandsOff
+from app.ui.scene.poses import pose, wxyz
+from app.ui.scene.switch import Switch
+
+
+class GoalView:
+    """A six-axis handle at the goal and axes at the tool."""
+
+    def __init__(self, server: viser.ViserServer, engine: Engine, clock: Clock) -> None:
+        self.hands = HandsOff(clock)
+        self.handle = server.scene.add_transform_controls(
+            "/goal", scale=0.3, line_width=3.0, depth_test=False, opacity=0.85
+        )
+        self.tool = server.scene.add_frame("/tool", axes_length=0.10, axes_radius=0.004)
+
+        @self.handle.on_update
+        async def _(event: viser.TransformControlsEvent) -> None:
+            self.moved(event, engine)
+
+    def moved(self, event: viser.TransformControlsEvent, engine: Engine) -> None:
+        """A window grabs, moves or releases the handle."""
+        if event.phase == "start":
+            self.hands.grab(event.client_id)
+            return
+        if event.phase == "end":
+            self.hands.release(event.client_id)
+        engine.post(SetGoal(pose(event.target.wxyz, event.target.position)))
+
+    def update(self, snapshot: Snapshot) -> None:
+        both = wxyz(np.stack((snapshot.T_base_tool, snapshot.goal.T_base_tool)))
+        self.tool.position, self.tool.wxyz = snapshot.T_base_tool[:3, 3], both[0]
+        if self.hands.free:
+            self.handle.position = snapshot.goal.T_base_tool[:3, 3]
+            # q and -q are the same turn; the handle's sign is kept, so nothing is sent for it
+            same = np.dot(both[1], self.handle.wxyz) >= 0.0
+            self.handle.wxyz = both[1] if same else -both[1]
+
+    def switches(self) -> list[Switch]:
+        return [
+            Switch("Goal", True, lambda on: setattr(self.handle, "visible", on)),
+            Switch("Tool axes", True, lambda on: setattr(self.tool, "visible", on)),
+        ]

@@ -1,0 +1,78 @@
+"""What hardly ever changes: light, ground, crop boxes and where the eye starts."""
+
+import numpy as np
+import viser
+
+from app.messages import BodyPose, CropBox, Snapshot
+from app.ui.scene.poses import wxyz
+from app.ui.scene.switch import Switch
+
+GAP = 0.002  # [m] below what stands on the ground, so that the two do not flicker
+
+
+class Stage:
+    """Built once; only the ground sinks below the lowest thing of the world."""
+
+    def __init__(self, server: viser.ViserServer, crops: tuple[CropBox, ...]) -> None:
+        scene = server.scene
+        scene.configure_environment_map("studio", environment_intensity=0.6)
+        top, bottom = np.array([206, 216, 228]), np.array([250, 251, 252])
+        sky = np.linspace(top, bottom, 256).astype(np.uint8)
+        scene.set_background_image(np.repeat(sky[:, None], 8, axis=1), format="png")
+        self._grid = scene.add_grid(
+            "/ground",
+            width=6.0,
+            height=6.0,
+            cell_size=0.1,
+            cell_thickness=0.6,
+            cell_color=(225, 228, 232),
+            section_size=0.5,
+            section_color=(188, 194, 202),
+            plane_color=(246, 247, 249),
+            plane_opacity=1.0,
+            shadow_opacity=0.15,
+            fade_distance=9.0,
+            position=(0.0, 0.0, -GAP),
+        )
+        self._known: frozenset[str] = frozenset()
+        self._crops = [
+            scene.add_box(
+                f"/crop/{crop.name}",
+                (120, 130, 140),
+                crop.size,
+                wireframe=True,
+                opacity=0.35,
+                cast_shadow=False,
+                receive_shadow=False,
+                wxyz=wxyz(crop.T_base_box),
+                position=crop.T_base_box[:3, 3],
+            )
+            for crop in crops
+        ]
+        camera = server.initial_camera
+        camera.position, camera.look_at = (2.05, -2.0, 1.5), (0.16, -0.1, 0.36)
+        camera.fov = 0.75
+
+    def update(self, snapshot: Snapshot) -> None:
+        names = frozenset(p.view.name for p in snapshot.world if not p.view.movable)
+        if names != self._known:  # a dragged body does not move the ground
+            self._known = names
+            still = [p for p in snapshot.world if not p.view.movable]
+            self._grid.position = (0.0, 0.0, min([0.0, *map(lowest, still)]) - GAP)
+
+    def switches(self) -> list[Switch]:
+        ground = Switch("Ground", True, lambda on: setattr(self._grid, "visible", on))
+        if not self._crops:
+            return [ground]
+        words = "known, static parts of the cell: points inside are not obstacles"
+        return [ground, Switch("Crop boxes", True, self._show_crops, words)]
+
+    def _show_crops(self, on: bool) -> None:
+        for box in self._crops:
+            box.visible = on
+
+
+def lowest(body: BodyPose) -> float:
+    """Height [m] of the body's lowest vertex, base frame."""
+    z = body.view.vertices @ body.T_base_body[2, :3] + body.T_base_body[2, 3]
+    return float(z.min())

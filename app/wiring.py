@@ -1,0 +1,85 @@
+"""Names into parts: builds an engine from what a person asked for. Decides nothing else."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.config import Params
+from app.errors import ConfigError, RobotError, SensorError
+from app.robot.arm import SimulatedArm
+from app.robot.model import Robot, find_robot, load_robot
+from app.robot.skin import Skin, load_skin
+from app.runtime import Engine
+from app.sensing.error_model import ErrorModel
+from app.sensing.replay import Replay, read_recording
+from app.sensing.simulated import SimulatedSkin
+from app.sensing.source import Source
+from app.timing import Clock
+from app.world.scene import find_scene, load_scene
+from app.world.world import World
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What to build, by name; the command line and the tests fill it in."""
+
+    robot: str = "ur10e"
+    skin: str = ""  # a layout's name or path; empty: the robot's own
+    scene: str = "cell"
+    sensors: str = "simulated"  # or replay:PATH[@SENSOR]
+    rate: float = 250.0
+    seed: int = 0
+    ideal: bool = False  # sensors without noise, bias and dropout
+
+    def __post_init__(self) -> None:
+        if not 50.0 <= self.rate <= 500.0:
+            raise ConfigError(f"rate = {self.rate:g} Hz; give a value from 50 to 500")
+
+
+def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> Engine:
+    """A ready engine, not yet started; raises a FlinchError before anything has begun."""
+    robot = load_robot(find_robot(setup.robot))
+    skin = load_skin(_skin_file(setup.skin, robot), robot)
+    kind, _, rest = setup.sensors.partition(":")
+    if kind == "simulated" and not rest:
+        scene = load_scene(find_scene(setup.scene), setup.seed)
+        world = World(scene.bodies, scene.crops)
+        errors = ErrorModel(ideal=setup.ideal)
+        source: Source = SimulatedSkin(robot, skin, world, setup.seed, errors)
+        home, goal, title = scene.home, scene.goal, scene.title
+    elif kind == "replay" and rest:
+        # recorded sensors see a recorded world; drawing a simulated one would mislead
+        world, source = World(()), _replay(rest, skin)
+        home, goal, title = None, None, "recorded world"
+    else:
+        raise SensorError(
+            f"sensors = {setup.sensors!r}; give 'simulated' or 'replay:PATH[@SENSOR]'"
+        )
+    if home is not None and len(home) != robot.n:
+        raise ConfigError(
+            f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has {robot.n} "
+            "joints; choose a scene made for this robot"
+        )
+    arm = SimulatedArm(robot, home)
+    return Engine(
+        robot, skin, arm, source, world, clock,
+        params=params, goal=goal, rate=setup.rate, scene=title,
+    )  # fmt: skip
+
+
+def _skin_file(name: str, robot: Robot) -> Path:
+    given = name or robot.skin
+    if not given:
+        raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
+    for path in (Path(given), robot.folder / given, robot.folder / "skin" / f"{given}.toml"):
+        if path.is_file():
+            return path
+    known = ", ".join(sorted(p.stem for p in (robot.folder / "skin").glob("*.toml")))
+    raise RobotError(
+        f"skin {given!r} is neither a file nor a layout of {robot.name}; known: {known or 'none'}"
+    )
+
+
+def _replay(what: str, skin: Skin) -> Replay:
+    path, _, sensor = what.partition("@")
+    k = skin.index(sensor) if sensor else 0
+    return Replay(read_recording(Path(path)), skin, k)

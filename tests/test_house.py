@@ -1,0 +1,79 @@
+"""The house's conventions that no linter knows."""
+
+import re
+import shutil
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from app.config import tunables
+
+ROOT = Path(__file__).parent.parent
+# The machine that a file was written on, and the place that its packages came from.
+PRIVATE_PATH = re.compile(r"(?<![\w.])/(home|root|Users|work|opt)/\w")
+REGISTRY = re.compile(r"\b(pypi|pythonhosted|npmjs|conda|anaconda)\.(org|com|io)\b")
+
+
+def tracked_texts() -> list[tuple[str, str]]:
+    """Name and text of every file that git keeps or would keep; binary files left out."""
+    if not (ROOT / ".git").exists() or shutil.which("git") is None:
+        pytest.skip("not a git checkout")
+    listing = ["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"]
+    names = subprocess.run(listing, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    texts = []
+    for name in filter(None, names.split("\0")):
+        path = ROOT / name
+        content = path.read_bytes() if path.is_file() else b"\0"
+        if b"\0" not in content:
+            texts.append((name, content.decode(errors="replace")))
+    return texts
+
+
+def test_no_file_of_the_product_is_longer_than_400_lines() -> None:
+    lengths = {p: len(p.read_text().splitlines()) for p in (ROOT / "app").rglob("*.py")}
+    assert lengths
+    assert {str(p.relative_to(ROOT)): n for p, n in lengths.items() if n > 400} == {}
+
+
+def test_every_setting_tells_its_help_and_its_range() -> None:
+    for t in tunables():
+        assert t.help, t.name
+        if t.kind is bool or t.choices:
+            continue
+        assert t.low is not None and t.high is not None, t.name
+        assert t.low <= t.default <= t.high, t.name
+
+
+def test_every_setting_without_a_unit_is_a_pure_number() -> None:
+    """A share, a weight, a count of sigmas: whatever else is a number needs its unit."""
+    pure = {"speed", "kappa", "lambda_r", "theta", "eta", "eps_sigmas"}
+    bare = {t.name for t in tunables() if not t.unit and t.kind is not bool and not t.choices}
+    assert bare == pure
+
+
+def test_the_constraints_are_exact_versions_and_nothing_else() -> None:
+    lines = (ROOT / "constraints.txt").read_text().splitlines()
+    assert [x for x in lines if not re.fullmatch(r"[A-Za-z0-9._-]+==[A-Za-z0-9.+!]+", x)] == []
+    assert lines == sorted(lines, key=str.upper)
+
+
+def test_every_requirement_is_constrained() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    wanted = project["dependencies"] + project["optional-dependencies"]["dev"]
+    names = {re.split(r"[^\w-]", x)[0].lower() for x in wanted}
+    pinned = {x.split("==")[0].lower() for x in (ROOT / "constraints.txt").read_text().split()}
+    assert names - pinned == set()
+
+
+def test_no_tracked_text_names_this_machine_or_a_package_registry() -> None:
+    texts = tracked_texts()
+    assert "pyproject.toml" in {name for name, _ in texts}
+    found = [
+        f"{name}:{number}: {line.strip()[:80]}"
+        for name, text in texts
+        for number, line in enumerate(text.splitlines(), 1)
+        if PRIVATE_PATH.search(line) or REGISTRY.search(line)
+    ]
+    assert found == []

@@ -1,0 +1,300 @@
+"""Shapes, motion, people and ray casting of the simulated world."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from app.errors import WorldError
+from app.world.motion import Along, Circle, Still
+from app.world.person import Plan, Walker, person_bodies
+from app.world.route import Route, travel_time, travelled
+from app.world.shapes import make_shape
+from app.world.tables import transform
+from app.world.world import Body, World
+
+HERE = Path(__file__).parent
+EVERYWHERE = (np.zeros(3), np.array([1.0, 0.0, 0.0]), np.pi, 100.0)  # a cone that culls nothing
+SHAPES = {
+    "sphere": {"kind": "sphere", "radius_m": 0.2},
+    "box": {"kind": "box", "size_m": [0.3, 0.5, 0.2]},
+    "panel": {"kind": "panel", "size_m": [0.5, 0.4], "thickness_m": 0.05},
+    "cylinder": {"kind": "cylinder", "radius_m": 0.2, "length_m": 0.5},
+    "capsule": {"kind": "capsule", "radius_m": 0.2, "length_m": 0.4},
+}
+steady = settings(derandomize=True, deadline=None, max_examples=60)
+metres = st.floats(-3.0, 3.0)
+angles = st.floats(-3.1, 3.1)
+points = st.tuples(metres, metres, metres)
+turns = st.tuples(angles, angles, angles)
+
+
+def signed_distance(kind: str, dims: tuple[float, ...], p: np.ndarray) -> np.ndarray:
+    """Exact distance of points (n, 3) in the body frame: the formulae the meshes stand for."""
+    if kind == "sphere":
+        return np.linalg.norm(p, axis=1) - dims[0]
+    if kind in ("box", "panel"):
+        q = np.abs(p) - np.array(dims) / 2
+    elif kind == "cylinder":
+        q = np.column_stack([np.hypot(p[:, 0], p[:, 1]) - dims[0], np.abs(p[:, 2]) - dims[1] / 2])
+    else:
+        z = np.clip(p[:, 2], -dims[1] / 2, dims[1] / 2)
+        return np.linalg.norm(p - z[:, None] * [0, 0, 1], axis=1) - dims[0]
+    return np.linalg.norm(np.maximum(q, 0.0), axis=1) + np.minimum(q.max(axis=1), 0.0)
+
+
+def traced(kind: str, dims: tuple[float, ...], o: np.ndarray, d: np.ndarray, inside: float):
+    """First way (n,) to a point `inside` metres under the exact surface, by small safe steps."""
+    t = np.zeros(len(o))
+    for _ in range(2000):
+        left = signed_distance(kind, dims, o + t[:, None] * d) + inside
+        t += np.where((t < 20.0) & (left > 1e-6), left, 0.0)
+    return np.where(t < 20.0, t, np.inf)
+
+
+def rays(seed: int, n: int, at: np.ndarray = np.zeros(3)) -> tuple[np.ndarray, np.ndarray]:
+    """Rays from outside that pass the neighbourhood of `at`."""
+    rng = np.random.default_rng(seed)
+    o = rng.normal(size=(n, 3))
+    o *= rng.uniform(0.8, 3.0, (n, 1)) / np.linalg.norm(o, axis=1, keepdims=True)
+    d = rng.uniform(-0.3, 0.3, (n, 3)) - o
+    return o + at, d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def body(name: str, shape: dict, T: np.ndarray, motion=None) -> Body:
+    return Body(name, make_shape(shape, HERE, name), (1, 2, 3), motion or Still(T))
+
+
+def line(a, b, speed: float = 0.5, loop: bool = True, dwell: float = 0.0) -> Route:
+    return Route(np.array([a, b], dtype=float), np.array([dwell, dwell]), speed, loop)
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_hits_lie_within_a_millimetre_of_the_exact_surface(kind):
+    o, d = rays(3, 400)
+    T = transform(np.array([0.4, -0.2, 0.3]), np.array([0.3, -1.0, 2.0]))
+    world = World([body("it", SHAPES[kind], T)])
+    hit = world.cast(o @ T[:3, :3].T + T[:3, 3], d @ T[:3, :3].T, EVERYWHERE)
+    dims = world.shapes()["it"].dims
+    surface, under = traced(kind, dims, o, d, 0.0), traced(kind, dims, o, d, 0.001)
+    assert np.isfinite(under).sum() > 50 and np.isinf(surface).sum() > 10
+    assert (hit >= surface - 1e-5).all()
+    assert (hit <= under + 1e-5).all()
+
+
+@pytest.mark.parametrize("kind", SHAPES)
+def test_every_mesh_is_closed_and_faces_outwards(kind):
+    shape = make_shape(SHAPES[kind], HERE, "it")
+    mesh = trimesh.Trimesh(shape.vertices, shape.faces, process=False)
+    assert mesh.is_watertight and mesh.is_winding_consistent and mesh.volume > 0
+
+
+@steady
+@given(st.lists(st.tuples(st.sampled_from(sorted(SHAPES)), points, turns), max_size=8),
+       points, turns, st.floats(0.05, 1.5), st.floats(0.3, 5.0))  # fmt: skip
+def test_culling_never_changes_an_answer(things, apex, turn, half_angle, far):
+    world = World(
+        body(f"{kind} {i}", SHAPES[kind], transform(np.array(at), np.array(rpy)))
+        for i, (kind, at, rpy) in enumerate(things)
+    )
+    rng = np.random.default_rng(1)
+    a, b = half_angle * np.sqrt(rng.uniform(size=200)), rng.uniform(0, 2 * np.pi, 200)
+    d = np.column_stack([np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)])
+    R, apex = transform(np.zeros(3), np.array(turn))[:3, :3], np.array(apex)
+    start = rng.uniform(0.0, 0.1, (200, 1))  # along the ray, and so within the cone
+    o, d = apex + start * (d @ R.T), d @ R.T
+    culled = world.cast(o, d, (apex, R[:, 2], half_angle, far))
+    everything = world.cast(o, d, EVERYWHERE)
+    np.testing.assert_array_equal(culled, np.where(everything <= far, everything, np.inf))
+
+
+def test_an_empty_world_and_an_empty_cast_hit_nothing():
+    o, d = rays(0, 5)
+    assert np.isinf(World([]).cast(o, d, EVERYWHERE)).all()
+    world = World([body("it", SHAPES["box"], np.eye(4))])
+    assert world.cast(o[:0], d[:0], EVERYWHERE).shape == (0,)
+
+
+@steady
+@given(points, points, st.floats(0.05, 2.0), st.booleans(), st.floats(0.0, 2.0))
+def test_a_route_never_jumps_leaves_its_line_or_breaks_its_speed_limit(a, b, speed, loop, dwell):
+    a, b = np.array(a), np.array(b)
+    if np.linalg.norm(b - a) < 1e-3:
+        return
+    route = line(a, b, speed, loop, dwell)
+    t = np.linspace(-1.0, 2.2 * route.period, 700)
+    p = np.array([route.at(float(x)).position for x in t])
+    steps = np.linalg.norm(np.diff(p, axis=0), axis=1)
+    assert steps.max() <= speed * (t[1] - t[0]) + 1e-9
+    u = (b - a) / np.linalg.norm(b - a)
+    along = (p - a) @ u
+    assert along.min() > -1e-9 and along.max() < np.linalg.norm(b - a) + 1e-9
+    assert np.linalg.norm(p - a - along[:, None] * u, axis=1).max() < 1e-9
+    assert along.max() > 0.98 * np.linalg.norm(b - a)
+
+
+@steady
+@given(st.floats(0.01, 5.0), st.floats(0.05, 2.0))
+def test_speed_is_the_rate_of_the_way(length, speed):
+    total, h = travel_time(length, speed), 1e-4
+    for t in np.linspace(h, total - h, 60):
+        (before, _), (after, _) = (travelled(float(t + s), length, speed) for s in (-h, h))
+        rate = travelled(float(t), length, speed)[1]
+        assert (after - before) / (2 * h) == pytest.approx(rate, abs=1e-3 * speed)
+        assert rate <= speed + 1e-12
+    assert travelled(0.0, length, speed) == (0.0, 0.0)
+    assert travelled(total, length, speed)[0] == pytest.approx(length)
+
+
+def test_once_stays_at_the_end_and_to_and_fro_comes_back():
+    once = Along(line([0, 0, 0], [1, 0, 0], loop=False), np.eye(3))
+    there = Along(line([0, 0, 0], [1, 0, 0]), np.eye(3))
+    assert once.pose(100.0)[0, 3] == pytest.approx(1.0)
+    assert there.pose(there.route.period)[0, 3] == pytest.approx(0.0)
+    assert there.pose(there.route.period / 2)[0, 3] == pytest.approx(1.0)
+
+
+@steady
+@given(points.filter(lambda a: np.linalg.norm(a) > 0.1), st.floats(0.1, 2.0), st.floats(0.5, 20.0),
+       st.floats(-50.0, 50.0))  # fmt: skip
+def test_a_circle_keeps_its_radius_its_plane_and_its_period(axis, radius, period, t):
+    axis = np.array(axis) / np.linalg.norm(axis)
+    circle = Circle(np.array([1.0, 2.0, 3.0]), axis, radius, period, 0.3, np.eye(3))
+    arm = circle.pose(t)[:3, 3] - circle.centre
+    assert np.linalg.norm(arm) == pytest.approx(radius)
+    assert abs(arm @ axis) < 1e-9
+    np.testing.assert_allclose(circle.pose(t + period)[:3, 3], arm + circle.centre, atol=1e-6)
+    ahead = circle.pose(t + period / 1000)[:3, 3] - circle.centre
+    assert np.cross(arm, ahead) @ axis > 0
+
+
+def commuter(loop: bool = True) -> Plan:
+    reach = np.array([[-0.30, 0.37, 0.22], [0.70, 0.32, 0.35]])
+    return Plan("ann", line([-0.15, 0.64, 0], [0.6, 0.64, 0], 0.6, loop, 3.0), reach)
+
+
+def test_a_person_never_jumps_and_stays_in_one_piece():
+    walker = Walker(commuter())
+    t = np.arange(0.0, 1.1 * walker.plan.route.period, 0.004)
+    poses = [walker.poses(float(x)) for x in t]
+    for name in poses[0]:
+        T = np.array([p[name] for p in poses])
+        ends = [T[:, :3, 3] + s * T[:, :3, 2] * 0.2 for s in (-1, 1)]
+        assert max(np.linalg.norm(np.diff(e, axis=0), axis=1).max() for e in ends) < 3.0 * 0.004
+        np.testing.assert_allclose(T[:, :3, :3] @ T[:, :3, :3].transpose(0, 2, 1),
+                                   np.broadcast_to(np.eye(3), (len(T), 3, 3)), atol=1e-9)  # fmt: skip
+    for p in poses[::50]:
+        for side in ("left", "right"):
+            upper, fore = p[f"{side} upper arm"], p[f"{side} forearm"]
+            elbow = upper[:3, 3] + 0.14 * upper[:3, 2]
+            np.testing.assert_allclose(elbow, fore[:3, 3] - 0.19 * fore[:3, 2], atol=1e-9)
+
+
+def test_a_hand_reaches_its_target_and_comes_back():
+    plan = commuter()
+    walker = Walker(plan)
+    forearm = walker.poses(1.5)["right forearm"]
+    hand = forearm[:3, 3] + 0.19 * forearm[:3, 2]
+    np.testing.assert_allclose(hand, plan.reach[0], atol=1e-9)
+    assert walker.poses(2.9999)["right forearm"][2, 3] < 0.0
+
+
+def test_a_person_walks_on_the_floor_and_is_a_pure_function_of_time():
+    plan = commuter()
+    bodies = person_bodies(plan)
+    world, again = World(bodies), World(person_bodies(plan))
+    lowest = []
+    for t in np.arange(0.0, 9.0, 0.1):
+        world.step(float(t))
+        lowest.append(min((p.view.vertices @ p.T_base_body[2, :3]).min() + p.T_base_body[2, 3]
+                          for p in world.poses()))  # fmt: skip
+    assert -0.751 < min(lowest) and max(lowest) < -0.70
+    again.step(8.9)
+    for a, b in zip(world.poses(), again.poses(), strict=True):
+        np.testing.assert_array_equal(a.T_base_body, b.T_base_body)
+
+
+def test_views_stay_the_same_objects_while_poses_change():
+    script = Along(line([0, 0, 0], [1, 0, 0]), np.eye(3))
+    world = World([body("it", SHAPES["box"], np.eye(4), script)])
+    before = world.poses()[0]
+    world.step(1.0)
+    after = world.poses()[0]
+    assert after.view is before.view
+    assert after.T_base_body[0, 3] > 0.1 and before.T_base_body[0, 3] == 0.0
+    assert not after.T_base_body.flags.writeable
+
+
+def test_a_moved_body_stops_following_its_script():
+    script = Along(line([0, 0, 0], [1, 0, 0]), np.eye(3))
+    world = World([body("it", SHAPES["box"], np.eye(4), script)])
+    world.move("it", transform(np.array([0.0, 2.0, 0.0]), np.zeros(3)))
+    world.step(1.0)
+    np.testing.assert_array_equal(world.poses()[0].T_base_body[:3, 3], [0.0, 2.0, 0.0])
+    hit = world.cast(np.zeros((1, 3)), np.array([[0.0, 1.0, 0.0]]), EVERYWHERE)
+    assert hit[0] == pytest.approx(1.75, abs=1e-5)
+
+
+def test_added_bodies_get_their_own_names_and_colours_and_can_be_removed():
+    world = World([])
+    names = [world.add("", SHAPES["box"], (i, 0, 0)) for i in range(3)]
+    names += [world.add("cup", SHAPES["sphere"], (0, i, 0)) for i in range(2)]
+    assert names == ["box 1", "box 2", "box 3", "cup", "cup 1"]
+    assert len({p.view.colour for p in world.poses()}) == 5
+    world.remove("box 2")
+    assert world.add("", SHAPES["box"], (0, 0, 1)) == "box 2"
+    for name in list(world.shapes()):
+        world.remove(name)
+    assert world.poses() == ()
+
+
+def test_a_person_cannot_be_dragged_or_removed():
+    world = World([*person_bodies(commuter()), body("cup", SHAPES["box"], np.eye(4))])
+    for change in (lambda: world.move("ann/torso", np.eye(4)), lambda: world.remove("ann/torso")):
+        with pytest.raises(WorldError, match=r"'ann/torso'.*known: cup$"):
+            change()
+    with pytest.raises(WorldError, match=r"no body 'cop'.*did you mean 'cup'"):
+        world.remove("cop")
+    with pytest.raises(WorldError, match="4x4"):
+        world.move("cup", np.full((4, 4), np.nan))
+
+
+@pytest.mark.parametrize(
+    ("table", "told"),
+    [
+        ({}, "has no kind; known: box, capsule, cylinder, mesh, panel, sphere"),
+        ({"kind": "spere"}, "unknown shape kind 'spere'; did you mean 'sphere'?"),
+        ({"kind": ["box"]}, "unknown shape kind"),
+        ({"kind": "box"}, "box: key 'size_m' is missing"),
+        ({"kind": "box", "size": [1, 1, 1]}, "unknown key 'size'; did you mean 'size_m'?"),
+        ({"kind": "box", "size_m": [1, 1]}, "give 3 finite numbers"),
+        ({"kind": "box", "size_m": [1, 0, 1]}, "give numbers above zero"),
+        ({"kind": "box", "size_m": [1, "2", 1]}, "give 3 finite numbers"),
+        ({"kind": "sphere", "radius_m": -1}, "radius_m = -1; give a number above zero"),
+        ({"kind": "sphere", "radius_m": float("inf")}, "give a finite number"),
+        ({"kind": "sphere", "radius_m": True}, "give a finite number"),
+        ({"kind": "capsule", "radius_m": 0.1}, "key 'length_m' is missing"),
+        ({"kind": "panel", "size_m": [1, 1], "thickness_m": 0}, "above zero"),
+        ({"kind": "mesh", "file": "none.stl"}, "none.stl is missing"),
+        ({"kind": "mesh", "file": 7}, "give a text in quotes"),
+        ({"kind": "mesh", "file": "bad.glb"}, "cannot be read"),
+        ({"kind": "mesh", "file": "points.ply"}, "has no faces"),
+    ],
+)  # fmt: skip
+def test_a_bad_shape_is_told_in_one_line_that_begins_with_its_place(table, told, tmp_path):
+    (tmp_path / "bad.glb").write_text("nothing of the kind")
+    (tmp_path / "points.ply").write_bytes(trimesh.PointCloud(np.eye(3)).export(file_type="ply"))
+    with pytest.raises(WorldError) as e:
+        make_shape(table, tmp_path, "cell.toml: body 'it'")
+    assert told in str(e.value)
+    assert str(e.value).startswith("cell.toml: body 'it'") and "\n" not in str(e.value)
+
+
+def test_a_mesh_file_is_scaled_and_hit(tmp_path):
+    trimesh.creation.box((1000.0, 1000.0, 1000.0)).export(tmp_path / "crate.stl")
+    shape = make_shape({"kind": "mesh", "file": "crate.stl", "scale": 0.001}, tmp_path, "it")
+    o, d = np.array([[2, 0.1, 0]], np.float32), np.array([[-1, 0, 0]], np.float32)
+    assert shape.hit.cast(o, d)[0] == pytest.approx(1.5, abs=1e-6)
