@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 import xml.etree.ElementTree as ET
 from functools import cache
 from pathlib import Path
@@ -168,3 +169,31 @@ def test_an_inertia_is_one_that_a_body_can_have(link: str) -> None:
     assert a + b >= c
     mass = element.find("inertial/mass")
     assert mass is not None and float(mass.get("value", "nan")) > 0
+
+
+def lenses() -> np.ndarray:
+    """(30, 3) [m]: lens centres of the three rings, in the frame of forearm_link."""
+    layout = tomllib.loads((FOLDER / "skin/forearm-rings.toml").read_text())
+    points = []
+    for ring in layout["ring"]:
+        start, axis = np.array(ring["start"]), np.array(ring["axis"])
+        for turn in 2 * np.pi * np.arange(ring["count"]) / ring["count"]:
+            ray = np.cos(turn) * start + np.sin(turn) * np.cross(axis, start)
+            points.append(ring["centre_m"] + ring["radius_m"] * ray)
+    return np.array(points)
+
+
+def test_the_skin_cover_is_sound_and_clears_the_tube() -> None:
+    cover = body("skin_cover")
+    assert cover.is_volume
+    assert cover.body_count == 3
+    assert len(cover.faces) <= 3000
+    assert np.hypot(cover.vertices[:, 1], cover.vertices[:, 2] - 0.0393).min() > 0.0427
+
+
+def test_every_lens_sits_free_in_a_window_of_the_cover() -> None:
+    cover, points = body("skin_cover"), lenses()
+    gap = -trimesh.proximity.signed_distance(cover, points)
+    assert len(points) == 30
+    assert gap.min() > 0.5e-3
+    assert gap.max() < 1.5e-3

@@ -34,9 +34,11 @@ from skimage.measure import marching_cubes
 Array = np.ndarray
 Field = Callable[[Array], Array]  # points (N, 3) [mm] -> signed distance (N,) [mm]
 
+Materials = dict[str, tuple[tuple[int, int, int], float, float]]
+
 HERE = Path(__file__).parent
 # --- Materials: sRGB colour, metallic, roughness -------------------------------------------------
-MATERIALS = {
+MATERIALS: Materials = {
     "aluminium": ((206, 209, 212), 0.25, 0.42),  # tubes and tool flange, turned and bare
     "casting": ((172, 176, 180), 0.15, 0.55),  # painted housings
     "cap": ((138, 172, 195), 0.0, 0.5),  # blue-grey plastic
@@ -151,7 +153,7 @@ class Detail:
 
 
 VISUAL = Detail(pitch=1 / 20, segments=72, arc=7, ornaments=True, tolerance=0.03)
-BODY = Detail(pitch=1 / 5.5, segments=28, arc=3, ornaments=False, tolerance=0.3)
+BODY = Detail(pitch=1 / 5.5, segments=28, arc=3, ornaments=False, tolerance=0.1)
 
 
 # --- Fields --------------------------------------------------------------------------------------
@@ -266,28 +268,26 @@ def at(place: Array, parts: list[Part]) -> list[Part]:
 def ring(span: tuple[float, float], radius: float, detail: Detail, along: Array) -> Part:
     """A dark ring; its neighbours start a groove's width away, which draws the seams."""
     a, b = min(span), max(span)
+    low = radius - GROOVE
+    profile = [(a - 1, low), (b + 1, low)]  # reaching into the neighbours: no faces on faces
     if detail.ornaments:
-        low = radius - GROOVE
-        profile = [
-            (a - 1, low),
+        profile[1:1] = [
             (a + GROOVE, low),
             (a + GROOVE, radius),
             (b - GROOVE, radius),
             (b - GROOVE, low),
-            (b + 1, low),
         ]
-    else:
-        profile = [(a - 1, radius), (b + 1, radius)]
     return Part("seam", lathe(profile, detail).transform(along))
 
 
 def foot_ring(span: tuple[float, float], radius: float, detail: Detail) -> Part:
     """The ring at a hub's foot: a cup, whose floor the next link's neck faces."""
     top, end = span
-    low = radius - GROOVE if detail.ornaments else radius
-    outer = lathe(
-        [(end, radius), (top - GROOVE, radius), (top - GROOVE, low), (top + 1, low)], detail
-    )
+    low = radius - GROOVE
+    profile = [(end, low), (top + 1, low)]
+    if detail.ornaments:
+        profile[:1] = [(end, radius), (top - GROOVE, radius), (top - GROOVE, low)]
+    outer = lathe(profile, detail)
     cup = lathe([(end - 1, radius - WALL), (top - 0.5, radius - WALL)], detail)
     return Part("seam", outer - cup)
 
@@ -354,11 +354,14 @@ def cap_solid(joint: Joint, detail: Detail) -> Manifold:
 def joint_hollow(joint: Joint, detail: Detail) -> Manifold:
     """What an open neck looks into: the neck's bore, the hub's inside, the cap's."""
     inside, cap = joint.radius - WALL, joint.cap
-    bore = lathe([(0, inside), (joint.neck + 1, inside)], detail).transform(ALONG_U)
+    narrow = inside - 0.5  # within the hub's inside at their common tangents
+    bore = lathe([(0, narrow), (joint.neck + 1, narrow)], detail).transform(ALONG_U)
     hub = lathe([(joint.foot + WALL, inside), (cap.top, inside)], detail)
     rim = np.array([-cap.rim_slope, 0, 1]) / np.hypot(1, cap.rim_slope)
     hub = hub.trim_by_plane(tuple(-rim), -(cap.rim + 1) * rim[2])
-    inner_cap = replace(cap, top=cap.top - POCKET_DEPTH - 1)  # clear of the screw pockets
+    inner_cap = replace(
+        cap, rim=cap.rim + 0.5, top=cap.top - POCKET_DEPTH - 1
+    )  # clear of the screw pockets
     return bore + hub + cap_solid(replace(joint, radius=inside, cap=inner_cap), detail)
 
 
@@ -366,19 +369,19 @@ def joint_parts(joint: Joint, detail: Detail, mouth: bool = False) -> list[Part]
     """Housing and cap of a joint in its own frame; with `mouth` the neck is open at its end."""
     r, cap = joint.radius, joint.cap
     pitch = detail.pitch * r
-    spare = 3 * pitch  # cut off again
+    spare = 2.6 * pitch  # cut off again; no whole cells, lest vertices lie in the cutting planes
     shape = housing_field(joint)
     housing = mesh_field(
         shape,
         (-r - spare, -r - spare, joint.foot - spare),
         (joint.neck + spare, r + spare, cap.top + spare),
         pitch,
-    )
+    ).simplify(detail.tolerance)
     rim = np.array([-cap.rim_slope, 0, 1]) / np.hypot(1, cap.rim_slope)
     under_cap = cap.rim * rim[2] + 1.5  # hidden in the bead: no faces on faces
     housing = housing.trim_by_plane((-1, 0, 0), -joint.neck).trim_by_plane((0, 0, 1), joint.foot)
     # The rim's plane rises towards the neck: it cuts the hub only, the neck stays below it.
-    housing = housing.trim_by_plane(tuple(-rim), -under_cap).simplify(detail.tolerance)
+    housing = housing.trim_by_plane(tuple(-rim), -under_cap)
     cover = cap_solid(joint, detail)
     if mouth:
         hollow = joint_hollow(joint, detail)
@@ -554,15 +557,15 @@ def corner_normals(p: Array, f: Array, field: Field | None, crease: float = 30.0
     if field is not None:
         exact = gradient(field, p)[corner]
         on = np.abs(field(p)[corner]) < 0.2
-        on &= np.einsum("ij,ij->i", exact, face[owner]) > np.cos(np.radians(25))
+        on &= np.einsum("ij,ij->i", exact, face[owner]) > np.cos(np.radians(55))
         normals[on] = exact[on]
     return normals.reshape(-1, 3, 3)
 
 
-def write_visual(parts: list[Part], path: Path) -> int:
+def write_visual(parts: list[Part], path: Path, materials: Materials = MATERIALS) -> int:
     """One geometry a material, each corner's vertex shared where position and normal agree."""
     scene = trimesh.Scene()
-    for name, (rgb, metallic, roughness) in MATERIALS.items():
+    for name, (rgb, metallic, roughness) in materials.items():
         corners = []
         for part in (q for q in parts if q.material == name):
             p, f = arrays(part.solid)
@@ -596,12 +599,15 @@ def write_visual(parts: list[Part], path: Path) -> int:
     return len(data)
 
 
-def write_body(parts: list[Part], path: Path, detail: Detail) -> int:
+def write_body(parts: list[Part], path: Path) -> int:
     """The union of all parts as one watertight solid."""
     whole = Manifold.batch_boolean([part.placed() for part in parts], OpType.Add)
-    whole = whole.simplify(detail.tolerance)
-    p, f = arrays(whole)
-    trimesh.Trimesh(p * 1e-3, f, process=False).export(path)
+    # Parts are simplified already: more of it here would press thin overlaps into sheets.
+    p, f = arrays(whole.simplify(0.02))
+    mesh = trimesh.Trimesh((p * 1e-3).astype(np.float32), f)
+    if not mesh.is_volume:
+        raise ValueError(f"{path.name} is not watertight: take another pitch or tolerance")
+    path.write_bytes(mesh.export(file_type="stl"))
     return len(f)
 
 
@@ -622,7 +628,7 @@ def main() -> None:
     for link in LINKS:
         name = link.__name__
         size = write_visual(link(VISUAL), HERE / "meshes/visual" / f"{name}.glb")
-        faces = write_body(link(BODY), HERE / "meshes/body" / f"{name}.stl", BODY)
+        faces = write_body(link(BODY), HERE / "meshes/body" / f"{name}.stl")
         print(f"{name:20} visual {size / 1024:6.0f} KiB   body {faces:5} faces")
 
 
