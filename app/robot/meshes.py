@@ -7,6 +7,7 @@ visuals are what the page shows. Paths may be relative to the URDF or `package:/
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from xml.etree import ElementTree
 
 import numpy as np
 import trimesh
@@ -119,9 +120,12 @@ class Description:
 def read_description(urdf: Path) -> Description:
     """Parse a URDF file; raises `RobotError` when it is not one."""
     try:
+        ElementTree.parse(urdf)  # yourdfpy would guess around broken XML, pinocchio would not
         robot = yourdfpy.URDF.load(
             str(urdf), build_scene_graph=False, load_meshes=False, mesh_dir=str(urdf.parent)
         ).robot
     except Exception as e:  # lxml and yourdfpy raise many kinds
-        raise RobotError(f"{urdf}: not a readable URDF ({' '.join(str(e).split())}); mend it") from e
+        raise RobotError(
+            f"{urdf}: not a readable URDF ({' '.join(str(e).split())}); mend it"
+        ) from e
     return Description(urdf, {link.name: link for link in robot.links})

@@ -37,7 +37,7 @@ class RobotTable(Table):
     links: list[str] | None = None  # body links; default: every link with a collision mesh
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Robot:
     """Who we are. All arrays are (n,), one value a joint, rad or m and their rates."""
 
