@@ -10,7 +10,7 @@ import numpy as np
 from app.errors import WorldError
 from app.messages import Array, CropBox, freeze
 from app.world.motion import make_motion, make_route
-from app.world.person import RISE, Plan, varied
+from app.world.person import PAUSE, Plan, varied
 from app.world.shapes import make_shape
 from app.world.tables import Table, expect_keys, number, pose, transform, typed, vector
 from app.world.world import Body, Colour
@@ -71,7 +71,7 @@ def read_person(table: Table, seed: int, where: str) -> Plan:
         points.append(np.append(vector(stop, "at_m", here, length=2), 0.0))
         dwell.append(number(stop, "dwell_s", here, 0.0))
         reach.append(vector(stop, "reach_m", here) if "reach_m" in stop else NOWHERE)
-        if dwell[-1] < (least := 2 * RISE if "reach_m" in stop else 0.0):
+        if dwell[-1] < (least := PAUSE if "reach_m" in stop else 0.0):
             raise WorldError(f"{here}: dwell_s = {dwell[-1]:g}; give {least:g} s or more")
     loop = typed(table, "loop", where, bool, True)
     speed = number(table, "speed_mps", where, positive=True)

@@ -13,6 +13,8 @@ LEG = 0.57  # m between the ends of its axis; the sole touches the floor at z = 
 SHOULDER = (0.22, 0.40)  # m, to the side and up
 UPPER_ARM, FOREARM = 0.28, 0.38  # m from joint to joint, and to the tip of the hand
 ELBOW_BEND = 0.25  # rad, of a hanging arm
+LEAST = 0.15  # m from shoulder to hand
+BACK = np.array([-1.0, 0.0, -0.2])  # a little down, so that a level reach ahead has an elbow
 MOST = 0.997 * (UPPER_ARM + FOREARM)  # m: never quite straight, or the elbow would jump
 
 
@@ -29,18 +31,13 @@ def hanging_arm(side: int, swing: float) -> Array:
     return np.array([[shoulder, elbow], [elbow, elbow + FOREARM * _forward(swing + ELBOW_BEND)]])
 
 
-def bent_arm(arm: Array, hand: Array) -> Array:
-    """The arm with its hand at `hand` (3,) [m], or as near as it reaches.
-
-    The elbow stays in the plane that it would hang in.
-    """
-    shoulder, elbow = arm[0]
+def bent_arm(shoulder: Array, hand: Array) -> Array:
+    """An arm with its hand at `hand` (3,) [m], or as near as it reaches; its elbow points back."""
     u = hand - shoulder
     distance = float(np.linalg.norm(u))
     u = u / distance
-    distance = min(max(distance, FOREARM - UPPER_ARM + 0.05), MOST)
-    aside = elbow - shoulder
-    aside = aside - (aside @ u) * u
+    distance = min(max(distance, LEAST), MOST)
+    aside = BACK - (BACK @ u) * u
     aside /= np.linalg.norm(aside)
     c = (UPPER_ARM**2 + distance**2 - FOREARM**2) / (2 * UPPER_ARM * distance)
     elbow = shoulder + UPPER_ARM * (c * u + np.sqrt(1 - c * c) * aside)

@@ -15,7 +15,9 @@ from app.world.route import Route, Stage, smoothstep
 from app.world.shapes import capsule
 from app.world.world import Body, Colour
 
-RISE = 0.8  # s, in which a hand is put out or taken back, and a turn is made
+RISE = 0.8  # s, in which a hand is put out or taken back
+TURN = 1.2  # s, in which a turn is made
+PAUSE = 2 * TURN  # s: who stays at least so long turns before leaving, others on the way
 STRIDE = 1.1  # m of way in a full cycle of both legs
 LEG_SWING, ARM_SWING = 0.40, 0.45  # rad to either side at PACE
 PACE = 0.6  # m/s
@@ -92,26 +94,27 @@ class Walker:
             # up before ahead, over the edge of a table
             ahead, up = smoothstep(1.5 * out - 0.5), smoothstep(1.5 * out)
             hand = arm[1, 1] + (target - arm[1, 1]) * [ahead, ahead, up]
-            arms[self.plan.hand] = bent_arm(arm, hand)
+            arms[self.plan.hand] = bent_arm(arm[0, 0], hand)
         ends = np.array([*TRUNK, *legs, *arms[0], *arms[1]])
         return T @ capsule_poses(ends[:, 0], ends[:, 1])
 
     def _heading(self, stage: Stage) -> float:
-        """Where the person looks [rad about z]; who stays long enough turns before leaving."""
+        """Where the person looks [rad about z]."""
         came, gaze, ahead = self._looks[:, stage.stop]
-        stays = self.plan.route.dwell[stage.stop] >= 2 * RISE
+        stays = self.plan.route.dwell[stage.stop] >= PAUSE
         if stage.moving:
             return float(ahead) if stays else _turned(came, ahead, stage.elapsed)
         if not stays:
             return float(came)
         left = stage.duration - stage.elapsed
-        return _turned(_turned(came, gaze, stage.elapsed), ahead, RISE - left)
+        return _turned(_turned(came, gaze, stage.elapsed), ahead, TURN - left)
 
     def _reaching(self, stage: Stage) -> float:
-        """0 hand hanging .. 1 hand at its target, growing evenly."""
+        """0 hand hanging .. 1 hand at its target, growing evenly, in the second part of a turn."""
         if stage.moving or np.isnan(self.plan.reach[stage.stop, 0]):
             return 0.0
-        return min(stage.elapsed, stage.duration - stage.elapsed, RISE) / RISE
+        inside = min(stage.elapsed, stage.duration - stage.elapsed) - (TURN - RISE)
+        return min(max(inside / RISE, 0.0), 1.0)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -150,4 +153,4 @@ def _looks(plan: Plan) -> Array:
 def _turned(before: float, after: float, elapsed: float) -> float:
     """The shorter way from one heading to another, `elapsed` [s] after it began."""
     turn = (after - before + np.pi) % (2 * np.pi) - np.pi
-    return float(before + turn * smoothstep(elapsed / RISE))
+    return float(before + turn * smoothstep(elapsed / TURN))
