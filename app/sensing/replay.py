@@ -104,7 +104,12 @@ class Replay:
         due = int(np.searchsorted(r.stamp, now - self._start + 1e-9, side="right"))
         frames = [
             SensorFrame(
-                self._k, self._start + float(r.stamp[i]), i, r.distance[i], r.status[i], r.targets[i]
+                self._k,
+                self._start + float(r.stamp[i]),
+                i,
+                r.distance[i],
+                r.status[i],
+                r.targets[i],
             )
             for i in range(self._played, due)
         ]

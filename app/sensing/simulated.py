@@ -69,8 +69,8 @@ class SimulatedSkin:
         if self._next is None:
             self._next = now + period * np.arange(self._skin.count) / self._skin.count
         for k in np.flatnonzero(self._next <= now + 1e-9):
-            # after a stall the schedule goes on from now: a sensor never sends a burst
-            self._next[k] = max(self._next[k] + period, now)
+            # a sensor keeps its rhythm: what a stall has swallowed is not sent in a burst
+            self._next[k] += period * (np.floor((now - self._next[k]) / period + 1e-6) + 1.0)
             if k not in self.muted:
                 self._on_the_way.append(self._frame(int(k), now, posture))
         arrived = []
