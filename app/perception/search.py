@@ -73,7 +73,9 @@ def nearest_of_links(
                 limit = np.inf  # perhaps inside: the deepest point wins, not the nearest
             else:
                 continue  # NaN
-            d2, face, part = _nearest(p, limit, node, low, high, child, start, count, corners, found)
+            d2, face, part = _nearest(
+                p, limit, node, low, high, child, start, count, corners, found
+            )
             if face < 0:
                 continue
             d = np.sqrt(d2)

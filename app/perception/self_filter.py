@@ -95,7 +95,7 @@ class SelfFilter:
                 if not seen.any():
                     continue
                 rows = on_mount[seen]
-                d = (self._rays[chosen[seen], :, :rays].reshape(-1, 3) @ R.T.astype(np.float32))
+                d = self._rays[chosen[seen], :, :rays].reshape(-1, 3) @ R.T.astype(np.float32)
                 o = np.repeat(at[seen].astype(np.float32), SLOTS * rays, axis=0)
                 o += np.float32(near) * d
                 new = mesh.cast(o, d).reshape(len(rows), SLOTS, rays) + np.float32(near)

@@ -1,0 +1,237 @@
+"""Algorithm 1: the verdict of every zone, against the simulator's truth and a float64 judge."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.config import Params
+from app.messages import CropBox, SensorHealth, Verdict
+from app.perception.cloud import SkinCloud
+from app.perception.health import SkinHealth
+from app.perception.self_filter import SelfFilter
+from app.perception.static_filter import StaticFilter
+from app.robot.skin import range_noise
+from app.sensing.error_model import ErrorModel
+from app.sensing.simulated import SimulatedSkin
+from app.world.world import World
+from tests.fakes import frame
+
+P = Params()
+
+
+def cluttered_world():
+    world = World(())
+    rng = np.random.default_rng(8)
+    for _ in range(14):
+        world.add("", {"kind": "sphere", "radius_m": 0.12}, tuple(rng.uniform(-1.0, 1.0, 3)))
+    return world
+
+
+def postures(robot, count, seed):
+    rng = np.random.default_rng(seed)
+    for _ in range(count):
+        yield robot.posture(rng.uniform(-2.6, 2.6, robot.n))
+
+
+def test_verdicts_agree_with_the_true_label_away_from_boundaries(robot, skin):
+    eye = SimulatedSkin(robot, skin, cluttered_world(), 0, ErrorModel(ideal=True))
+    judge = SelfFilter(robot, skin)
+    right = total = own = 0
+    for posture in postures(robot, 80, 9):
+        readings = [eye.read(k, posture) for k in range(skin.count)]
+        depth = np.array([r.depth for r in readings])
+        label = np.array([r.label for r in readings])
+        pure = np.array([r.pure for r in readings])
+        finite = depth > P.range_min  # nearer, the range check has the word
+        finite &= np.isfinite(depth)
+        d = np.where(finite, depth, 1.0)
+        verdict, _, _, eps = judge.judge(np.arange(skin.count), d, posture, P)
+        # farther than 2 eps from a boundary between labels: by depth to the body in the ray's
+        # way, and sideways, the zone and its neighbours see one label only
+        near = np.abs(judge.judge(np.arange(skin.count), d, posture, P)[2]) < 2 * eps
+        grid = np.where(finite, label, -2).reshape(-1, 8, 8)
+        calm = pure.reshape(-1, 8, 8).copy()
+        padded = np.pad(grid, ((0, 0), (1, 1), (1, 1)), mode="edge")
+        for i in range(3):
+            for j in range(3):
+                calm &= padded[:, i : i + 8, j : j + 8] == grid
+        is_self = finite & (label >= 0) & calm.reshape(-1, 64)
+        is_world = finite & (label == -1) & calm.reshape(-1, 64) & ~near
+        right += (verdict[is_self] == Verdict.SELF).sum()
+        right += (verdict[is_world] == Verdict.KEPT).sum()
+        total += is_self.sum() + is_world.sum()
+        own += is_self.sum()
+    assert own > 2000 and total > 10000
+    assert right / total >= 0.995
+
+
+def slow_hits(robot, posture, origin, direction):
+    """Nearest hit of one ray with every link but the sensor's, Moeller-Trumbore in float64."""
+    best = np.inf
+    for link, body in enumerate(robot.bodies):
+        T = posture.T_base_link[link]
+        a, b, c = (body.vertices[body.faces[:, k]] @ T[:3, :3].T + T[:3, 3] for k in range(3))
+        h = np.cross(direction, c - a)
+        det = np.einsum("ij,ij->i", b - a, h)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            s = origin - a
+            u = np.einsum("ij,ij->i", s, h) / det
+            q = np.cross(s, b - a)
+            v = q @ direction / det
+            t = np.einsum("ij,ij->i", c - a, q) / det
+            hit = (u >= 0) & (v >= 0) & (u + v <= 1) & (t > 0.015)
+        if hit.any():
+            best = min(best, t[hit].min())
+    return best
+
+
+def test_the_gap_equals_a_float64_ray_cast(robot, skin):
+    rng = np.random.default_rng(10)
+    judge = SelfFilter(robot, skin)
+    one_ray = replace(P, footprint=False)
+    compared = 0
+    for posture in postures(robot, 60, 11):
+        depth = rng.uniform(0.1, 1.5, (skin.count, 64))
+        gap = judge.judge(np.arange(skin.count), depth, posture, one_ray)[2]
+        for _ in range(12):
+            k, z = rng.integers(skin.count), rng.integers(64)
+            T = posture.T_base_link[skin.link[k]]
+            reach = T[:3, :3] @ skin.reach[64 * k + z]
+            length = np.linalg.norm(reach)
+            hit = slow_hits(robot, posture, T[:3, :3] @ skin.origin[k] + T[:3, 3], reach / length)
+            if np.isfinite(hit) and np.isfinite(gap[k, z]):
+                assert gap[k, z] == pytest.approx(hit / length - depth[k, z], abs=1e-4)
+                compared += 1
+            else:
+                assert np.isfinite(hit) == np.isfinite(gap[k, z])
+    assert compared > 30
+
+
+@pytest.fixture
+def facing(robot, skin):
+    """A zone that looks at the upper arm: (posture, sensor, zone, depth of the body there)."""
+    q = robot.home.copy()
+    q[2] = 2.6
+    posture = robot.posture(q)
+    everywhere = np.full((skin.count, 64), 0.3)
+    _, link, gap, _ = SelfFilter(robot, skin).judge(
+        np.arange(skin.count), everywhere, posture, replace(P, footprint=False)
+    )
+    upper = robot.link_index("upper_arm_link")
+    reach = np.where((link == upper) & np.isfinite(gap), gap, -np.inf)
+    k, z = np.unravel_index(np.argmax(reach), reach.shape)
+    return posture, int(k), int(z), float(gap[k, z] + 0.3)
+
+
+def verdict_at(robot, skin, facing, offset, params=P):
+    posture, k, z, depth = facing
+    cloud = SkinCloud(robot, skin, ())
+    cloud.take([frame(k, 0.0, depth + offset)], posture, params)
+    view = cloud.view(0.0, params)
+    return Verdict(view.verdict[64 * k + z]), view, 64 * k + z
+
+
+def test_a_return_from_the_body_is_self_with_link_gap_and_threshold(robot, skin, facing):
+    verdict, view, slot = verdict_at(robot, skin, facing, 0.0)
+    assert verdict is Verdict.SELF
+    assert robot.links[view.link[slot]] == "upper_arm_link"
+    assert abs(view.gap[slot]) < 0.01 and view.eps[slot] >= P.eps_min
+
+
+def test_an_obstacle_before_the_body_is_kept(robot, skin, facing):
+    assert verdict_at(robot, skin, facing, -0.10)[0] is Verdict.KEPT
+
+
+def test_a_point_behind_the_body_is_impossible_unless_the_paper_is_followed(robot, skin, facing):
+    assert verdict_at(robot, skin, facing, 0.30)[0] is Verdict.BEHIND
+    paper = replace(P, two_sided=True, footprint=False)
+    assert verdict_at(robot, skin, facing, 0.30, paper)[0] is Verdict.KEPT
+    assert verdict_at(robot, skin, facing, 0.0, paper)[0] is Verdict.SELF
+
+
+def test_the_threshold_grows_with_the_noise_of_the_range(robot, skin):
+    depth = np.full((1, 64), 3.0)
+    eps = SelfFilter(robot, skin).judge(np.array([0]), depth, robot.posture(robot.home), P)[3]
+    assert eps[0, 0] == pytest.approx(P.eps_base + P.eps_sigmas * range_noise(np.array(3.0)))
+
+
+# --- the other verdicts -------------------------------------------------------------------
+
+
+def judged(robot, skin, params=P, crops=(), now=0.0, **kind):
+    cloud = SkinCloud(robot, skin, crops)
+    cloud.take([frame(15, 0.0, **kind)], robot.posture(robot.home), params)
+    return cloud.view(now, params)
+
+
+def only(view, sensor=15):
+    return {Verdict(v) for v in view.verdict[64 * sensor : 64 * sensor + 64]}
+
+
+def test_each_reason_to_refuse_a_zone_has_its_verdict(robot, skin):
+    assert only(judged(robot, skin, status=4)) == {Verdict.BAD_STATUS}
+    assert only(judged(robot, skin, status=10)) == {Verdict.BAD_STATUS}
+    assert only(judged(robot, skin, status=255)) == {Verdict.NO_TARGET}
+    assert only(judged(robot, skin, targets=0)) == {Verdict.NO_TARGET}
+    assert only(judged(robot, skin, distance=0.01)) == {Verdict.OUT_OF_RANGE}
+    assert only(judged(robot, skin, distance=4.5)) == {Verdict.OUT_OF_RANGE}
+    assert only(judged(robot, skin, now=0.21)) == {Verdict.STALE}
+    assert only(judged(robot, skin), sensor=16) == {Verdict.EMPTY}
+
+
+def test_unconfirmed_targets_are_trusted_when_asked_for(robot, skin):
+    trusting = replace(P, accept_unconfirmed=True)
+    assert Verdict.BAD_STATUS not in only(judged(robot, skin, trusting, status=10, distance=0.5))
+
+
+def test_a_zone_without_a_target_has_no_point(robot, skin):
+    view = judged(robot, skin, status=255)
+    assert np.isnan(view.points[64 * 15 : 64 * 16]).all()
+
+
+def test_points_inside_a_crop_box_are_static(robot, skin):
+    everything = CropBox("all", np.eye(4), np.full(3, 10.0))
+    kept = only(judged(robot, skin, distance=0.5))
+    assert Verdict.KEPT in kept
+    assert Verdict.KEPT not in only(judged(robot, skin, crops=(everything,), distance=0.5))
+
+
+def test_a_turned_crop_box_holds_what_is_inside_it():
+    c = np.cos(np.pi / 4)
+    T = np.eye(4)
+    T[:2, :2] = [[c, -c], [c, c]]
+    T[:3, 3] = [1.0, 0.0, 0.0]
+    box = StaticFilter([CropBox("box", T, np.array([2.0, 0.2, 0.2]))])
+    points = np.array([[1.6, 0.6, 0.0], [1.6, -0.6, 0.0], [np.nan, 0.0, 0.0]])
+    assert box.inside(points).tolist() == [True, False, False]
+
+
+def test_a_frame_is_placed_where_the_arm_was_when_it_was_measured(robot, skin):
+    cloud = SkinCloud(robot, skin, ())
+    posture = robot.posture(robot.home + 0.3)
+    cloud.take([frame(0, 0.0, 0.5)], posture, P)
+    T = posture.T_base_link[skin.link[0]]
+    expected = T[:3, :3] @ (skin.origin[0] + 0.5 * skin.reach[20]) + T[:3, 3]
+    assert cloud.view(0.0, P).points[20] == pytest.approx(expected)
+
+
+def test_an_older_frame_that_comes_late_does_not_replace_a_newer_one(robot, skin):
+    cloud = SkinCloud(robot, skin, ())
+    posture = robot.posture(robot.home)
+    cloud.take([frame(0, 1.0, 0.5)], posture, P)
+    before = cloud.view(1.0, P).points[:64].copy()
+    cloud.take([frame(0, 0.9, 0.8)], posture, P)
+    assert np.array_equal(cloud.view(1.0, P).points[:64], before)
+
+
+def test_health_names_what_a_sensor_does():
+    health = SkinHealth(np.array([True, True, True, False]))
+    for i in range(20):
+        health.update([frame(0, i / 15), frame(1, i / 15, status=4)])
+    states = health.states(19 / 15 + 0.1, 0.2)
+    assert [SensorHealth(s).name for s in states] == ["GOOD", "POOR", "WAITING", "ABSENT"]
+    assert health.rates()[0] == pytest.approx(15.0)
+    assert SensorHealth(health.states(3.0, 0.2)[0]) is SensorHealth.STALE
+    assert health.silent(19 / 15 + 0.6, 0.5, 0.0) == 3
+    assert health.heard
