@@ -7,7 +7,11 @@ from app.robot.posture import rotation_vector
 
 
 def goal_twist(
-    T_base_tool: Array, T_base_goal: Array, lambda_p: float, lambda_o: float, v_max: float,
+    T_base_tool: Array,
+    T_base_goal: Array,
+    lambda_p: float,
+    lambda_o: float,
+    v_max: float,
     w_max: float,
 ) -> Array:
     """(6,) [m/s, rad/s] linear then angular, axes of the base, towards the goal.

@@ -28,9 +28,9 @@ def velocity_box(robot: Robot, q: Array, speed: float, dt: float) -> VelocityBox
     what can still be braked; beyond it (a start outside) the way back is demanded.
     """
     qd_max = speed * robot.qd_max
-    high = np.minimum(qd_max, _approach(robot.q_max - MARGIN - q, robot.qdd_max))
-    low = -np.minimum(qd_max, _approach(q - robot.q_min - MARGIN, robot.qdd_max))
-    return VelocityBox(np.maximum(low, -qd_max), np.maximum(high, -qd_max), robot.qdd_max * dt)
+    high = np.clip(_approach(robot.q_max - MARGIN - q, robot.qdd_max), -qd_max, qd_max)
+    low = -np.clip(_approach(q - robot.q_min - MARGIN, robot.qdd_max), -qd_max, qd_max)
+    return VelocityBox(low, high, robot.qdd_max * dt)
 
 
 def bring_into(qd: Array, previous: Array, box: VelocityBox) -> tuple[Array, float]:
