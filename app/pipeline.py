@@ -1,7 +1,7 @@
 """The tick: place, clean, measure, decide. The only file that knows the order of the rooms.
 
-    frames ─► cloud (placed at each frame's own time, judged once) ─► closest pairs
-           ─► command that gives way first and goes to the goal second
+frames ─► cloud (placed at each frame's own time, judged once) ─► closest pairs
+       ─► command that gives way first and goes to the goal second
 """
 
 from collections.abc import Sequence

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import trimesh
-from test_world import SHAPES, signed_distance
 
 from app.errors import WorldError
 from app.studies.truth import TrueDistance
@@ -11,8 +10,11 @@ from app.world.motion import Still
 from app.world.shapes import make_shape
 from app.world.tables import transform
 from app.world.world import Body, World
+from tests.test_world import SHAPES, signed_distance
 
+# off its frame's middle and across its axes, so that its bounding box is mostly empty
 LINK = trimesh.creation.capsule(height=0.4, radius=0.06, count=[24, 24])
+LINK.apply_transform(transform(np.array([0.10, 0.05, -0.08]), np.array([0.6, 0.7, 0.0])))
 SAMPLES, _ = trimesh.sample.sample_surface(LINK, 20000, seed=4)
 
 
@@ -88,10 +90,13 @@ def test_a_named_body_can_be_left_out_and_an_unknown_name_is_told():
 
 
 def test_the_distance_follows_a_body_that_moves_and_one_that_is_added():
-    truth, world = links(), world_of(sphere=transform(np.array([1.0, 0, 0]), np.zeros(3)))
-    T = np.eye(4)[None]
-    assert truth.measure(T, world)[0] == pytest.approx(1.0 - 0.2 - 0.06, abs=1e-3)
-    world.move("sphere", transform(np.array([0.5, 0, 0]), np.zeros(3)))
-    assert truth.measure(T, world)[0] == pytest.approx(0.5 - 0.2 - 0.06, abs=1e-3)
-    world.add("ball", {"kind": "sphere", "radius_m": 0.1}, (0.0, 0.3, 0.0))
-    assert truth.nearest(T, world)[0] == (pytest.approx(0.3 - 0.1 - 0.06, abs=1e-3), "ball")
+    truth, T = links(), np.linalg.inv(transform(np.array([0.10, 0.05, -0.08]), np.zeros(3)))
+    start = transform(np.array([0.0, 0.0, 1.0]), np.zeros(3))
+    world = world_of(sphere=start)
+    before = truth.measure(T[None], world)[0]
+    assert before == pytest.approx(brute(T, "sphere", start), abs=4e-3)
+    start[2, 3] = 0.8
+    world.move("sphere", start)
+    assert before - 0.2 < truth.measure(T[None], world)[0] < before - 0.1
+    world.add("ball", {"kind": "sphere", "radius_m": 0.1}, (0.0, 0.0, -0.4))
+    assert truth.nearest(T[None], world)[0][1] == "ball"

@@ -64,9 +64,7 @@ def _full_set(engine: Engine, repeats: int = 200) -> list[float]:
     times = []
     for i in range(repeats):
         depth = rng.uniform(0.1, 2.0, (skin.count, SLOTS))
-        frames = [
-            SensorFrame(k, i / RATE, i, depth[k], status, targets) for k in range(skin.count)
-        ]
+        frames = [SensorFrame(k, i / RATE, i, depth[k], status, targets) for k in range(skin.count)]
         begin = time.perf_counter()
         cloud.take(frames, posture, params)
         body.update(cloud.view(i / RATE, params), posture)
