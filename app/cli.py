@@ -117,8 +117,8 @@ def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     app = tyro.extras.SubcommandApp()
-    app.command(Run, name="run")
-    app.command(Bench, name="bench")
+    app.command(name="run")(Run)
+    app.command(name="bench")(Bench)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

@@ -169,7 +169,7 @@ def test_a_link_that_cannot_move_is_passed_over_for_the_next_one(robot):
     tool = posture.T_base_tool[:3, 3]
     pairs = Pairs(
         np.array([0, 6]), np.array([0.05, 0.22]),
-        np.stack([np.zeros(3), tool]), np.stack([[0.05, 0, 0], tool + [0.22, 0, 0]]),
+        np.stack([np.zeros(3), tool]), np.stack([[0.05, 0, 0], tool + np.array([0.22, 0, 0])]),
         np.array([[-1.0, 0, 0], [-1.0, 0, 0]]), np.array([0, 1]), 0,
     )  # fmt: skip
     state = JointState(0.0, robot.home, np.zeros(6))

@@ -12,7 +12,7 @@ from tests.fakes import cloud_of
 
 
 def brute_distance(points, triangles):
-    """(n,) unsigned distance to a triangle soup: plane projection where it falls inside, else edges."""
+    """(n,) unsigned distance to triangles: the plane where the foot falls inside, else edges."""
     best = np.full(len(points), np.inf)
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     normal = np.cross(b - a, c - a)
@@ -41,7 +41,7 @@ def signed_brute(points, body):
 
 
 def winding_number(points, triangles):
-    """(n,) solid angle of a closed surface over 4 pi: 1 inside, 0 outside (Van Oosterom, Strackee)."""
+    """(n,) solid angle over 4 pi: 1 inside, 0 outside (Van Oosterom and Strackee, 1983)."""
     a, b, c = (triangles[None, :, k] - points[:, None] for k in range(3))
     la, lb, lc = (np.linalg.norm(v, axis=2) for v in (a, b, c))
     up = np.einsum("nij,nij->ni", a, np.cross(b, c))

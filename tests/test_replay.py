@@ -38,14 +38,14 @@ def test_frames_keep_their_times_gaps_and_statuses(tmp_path, skin, robot):
 @pytest.mark.parametrize(
     ("lines", "says"),
     [
-        (block(0) + block(67)[:-5], r"torn after line 125, 60 lines into a frame of 65; cut it after line 65"),
+        (block(0) + block(67)[:-5], r"torn after line 125, 60 lines into .* cut it after line 65"),
         (block(0)[1:] + block(67), r"line 1 should start a frame"),
-        (block(0) + block(67)[:10] + block(67)[11:] + block(133) + block(200), r"line 131 should start"),
+        (block(0) + block(67)[:-1] + block(133) + block(200), r"line 131 should start"),
         (["time,x,y"], r"line 1 is not three whole numbers"),
         (["1,2"], r"line 1 is not three whole numbers"),
         ([], r"is empty"),
         (block(100) + block(50), r"line 66: time goes back"),
-        (block(0)[:-1] + ["500,1,300"], r"line 65 is no 'distance_mm,targets,status' \(500,1,300\)"),
+        ([*block(0)[:-1], "500,1,300"], r"line 65 is no 'distance_mm.* \(500,1,300\)"),
     ],
 )  # fmt: skip
 def test_a_torn_or_foreign_file_is_refused_with_its_line(tmp_path, lines, says):

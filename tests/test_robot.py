@@ -110,7 +110,7 @@ def edit(file, old, new):
         ("robot.toml", '"tool0"', '"tool9"', r"no link 'tool9'.*tool0"),
         ("robot.toml", '"ur10e.urdf"', '"none.urdf"', r"'none.urdf' does not exist"),
         ("ur10e.urdf", "<robot", "<rob", r"not a readable URDF"),
-        ("ur10e.urdf", "meshes/body/forearm_link.stl", "meshes/body/none.stl", r"none.stl.*forearm_link.*missing"),
+        ("ur10e.urdf", "body/forearm_link.stl", "body/no.stl", r"no.stl.*forearm_link.*missing"),
     ],
 )  # fmt: skip
 def test_a_broken_robot_folder_is_named_in_one_line(copy, file, old, new, says):

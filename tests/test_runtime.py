@@ -177,7 +177,8 @@ def test_settings_change_between_ticks_and_bad_ones_are_refused_with_a_notice(be
 
 
 def test_obstacles_are_added_moved_and_removed(bench):
-    names = [b.view.name for b in bench.run(0.02, AddObstacle("", {"kind": "sphere", "radius_m": 0.1}, (1, 0, 0))).world]  # fmt: skip
+    ball = AddObstacle("", {"kind": "sphere", "radius_m": 0.1}, (1, 0, 0))
+    names = [b.view.name for b in bench.run(0.02, ball).world]
     assert len(names) == 1
     T = np.eye(4)
     T[:3, 3] = [0.0, 1.0, 0.5]

@@ -9,8 +9,8 @@ from app.errors import RobotError
 from app.robot.skin import Sensor, build_skin, load_skin, zone_directions
 
 
-def sensor(resolution=8, rotation_deg=0, mirrored=False, T=None):
-    return Sensor("s", "forearm_link", np.eye(4) if T is None else T, resolution, rotation_deg, mirrored)  # fmt: skip
+def sensor(resolution=8, rotation_deg=0, mirrored=False):
+    return Sensor("s", "forearm_link", np.eye(4), resolution, rotation_deg, mirrored)
 
 
 def look(s, row, column):

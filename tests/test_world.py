@@ -29,9 +29,7 @@ SHAPES = {
 }
 steady = settings(max_examples=60)
 metres = st.floats(-3.0, 3.0)
-angles = st.floats(-3.1, 3.1)
 points = st.tuples(metres, metres, metres)
-turns = st.tuples(angles, angles, angles)
 
 
 def signed_distance(kind: str, dims: tuple[float, ...], p: np.ndarray) -> np.ndarray:
@@ -101,20 +99,22 @@ def test_every_mesh_is_closed_and_faces_outwards(kind):
 
 
 @steady
-@given(st.lists(st.tuples(st.sampled_from(sorted(SHAPES)), points, turns), max_size=8),
-       points, turns, st.floats(0.05, 1.5), st.floats(0.3, 5.0))  # fmt: skip
-def test_culling_never_changes_an_answer(things, apex, turn, half_angle, far):
+@given(st.integers(0, 2**32 - 1))
+def test_culling_never_changes_an_answer(seed):
+    # from a seed: drawn one by one, most places would be so simple that nothing is culled
+    rng = np.random.default_rng(seed)
+    kinds = rng.choice(sorted(SHAPES), 8)
     world = World(
-        body(f"{kind} {i}", kind, transform(np.array(at), np.array(rpy)))
-        for i, (kind, at, rpy) in enumerate(things)
+        body(f"{kind} {i}", kind, transform(rng.uniform(-1.5, 1.5, 3), rng.uniform(-3, 3, 3)))
+        for i, kind in enumerate(kinds)
     )
-    rng = np.random.default_rng(1)
-    a, b = half_angle * np.sqrt(rng.uniform(size=200)), rng.uniform(0, 2 * np.pi, 200)
+    half_angle, far = rng.uniform(0.05, 1.5), rng.uniform(0.3, 3.0)
+    a, b = half_angle * np.sqrt(rng.uniform(size=300)), rng.uniform(0, 2 * np.pi, 300)
     d = np.column_stack([np.sin(a) * np.cos(b), np.sin(a) * np.sin(b), np.cos(a)])
-    R, apex = transform(np.zeros(3), np.array(turn))[:3, :3], np.array(apex)
-    start = rng.uniform(0.0, 0.1, (200, 1))  # along the ray, and so within the cone
-    o, d = apex + start * (d @ R.T), d @ R.T
-    culled = world.cast(o, d, (apex, R[:, 2], half_angle, far))
+    pose = transform(rng.uniform(-1.5, 1.5, 3), rng.uniform(-3, 3, 3))
+    d = d @ pose[:3, :3].T
+    o = pose[:3, 3] + rng.uniform(0.0, 0.3, (300, 1)) * d  # along the ray, so within the cone
+    culled = world.cast(o, d, (pose[:3, 3], pose[:3, 2], half_angle, far))
     everything = world.cast(o, d, EVERYWHERE)
     np.testing.assert_array_equal(culled, np.where(everything <= far, everything, np.inf))
 

@@ -23,7 +23,7 @@ class Forest(NamedTuple):
     """Flat trees of L links, N nodes and F faces in all, each in its link's frame.
 
     low, high: (N, 3) boxes.   child: (N,) first of two neighbouring children, -1 for a leaf.
-    start, count: (N,) faces of a leaf.   corners: (F, 3, 3) [m].
+    first, faces: (N,) faces of a leaf.   corners: (F, 3, 3) [m].
     normals: (F, 7, 3) pseudonormals of the face, its three vertices and its edges ab, bc, ca.
     root: (L,) node.   closed: (L,) bool.
     """
@@ -31,8 +31,8 @@ class Forest(NamedTuple):
     low: Array
     high: Array
     child: NDArray[np.int64]
-    start: NDArray[np.int64]
-    count: NDArray[np.int64]
+    first: NDArray[np.int64]
+    faces: NDArray[np.int64]
     corners: Array
     normals: Array
     root: NDArray[np.int64]
@@ -53,8 +53,8 @@ def plant(bodies: Sequence[BodyMesh]) -> Forest:
         low=join[0],
         high=join[1],
         child=join[2],
-        start=join[3],
-        count=join[4],
+        first=join[3],
+        faces=join[4],
         corners=join[5],
         normals=join[6],
         root=nodes[:-1].astype(np.int64),
@@ -110,11 +110,10 @@ def _pseudonormals(mesh: trimesh.Trimesh) -> Array:
     face = np.array(mesh.face_normals)
     vertex = np.zeros((len(mesh.vertices), 3))
     np.add.at(vertex, mesh.faces, mesh.face_angles[..., None] * face[:, None])
-    edge_of = {}
     edges = np.sort(mesh.faces[:, [[0, 1], [1, 2], [2, 0]]], axis=2)  # (F, 3, 2)
     key = edges[..., 0].astype(np.int64) * len(mesh.vertices) + edges[..., 1]
-    unique, edge_of = np.unique(key, return_inverse=True)
+    unique, inverse = np.unique(key, return_inverse=True)
     edge = np.zeros((len(unique), 3))
-    edge_of = edge_of.reshape(-1, 3)
+    edge_of = inverse.reshape(-1, 3)
     np.add.at(edge, edge_of, np.broadcast_to(face[:, None], (len(face), 3, 3)))
     return np.concatenate([face[:, None], vertex[mesh.faces], edge[edge_of]], axis=1)

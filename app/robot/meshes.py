@@ -46,7 +46,8 @@ class Description:
                 f"{self.path}: link {link!r} has no collision mesh, so nothing can be kept clear "
                 "of it; add one or leave the link out of `links` in robot.toml"
             )
-        mesh = trimesh.util.concatenate([m for e in entries for m in self._meshes(e, link)])
+        parts = [m for e in entries for m in self._meshes(e, link)]
+        mesh: Any = trimesh.util.concatenate(parts)
         return BodyMesh(
             freeze(np.array(mesh.vertices, dtype=np.float64)),
             freeze(np.array(mesh.faces, dtype=np.int64)),

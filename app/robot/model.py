@@ -24,7 +24,7 @@ from app.robot.posture import Posture
 from app.toml import Table, read_toml
 
 
-class RobotTable(Table):
+class RobotTable(Table, frozen=True):
     """`robot.toml`. Angles in degrees here, radians everywhere else."""
 
     name: Annotated[str, Meta(min_length=1)]
@@ -61,6 +61,7 @@ class Robot:
     _model: Any
     _frames: tuple[int, ...]
     _tool: int
+    _data: Any  # pinocchio's scratch space; results are copied out before the next call
 
     @property
     def n(self) -> int:
@@ -96,10 +97,6 @@ class Robot:
             supports=self.supports,
             tool_support=self.tool_support,
         )
-
-    def __post_init__(self) -> None:
-        # pinocchio's scratch space; results are copied out before the next call
-        object.__setattr__(self, "_data", self._model.createData())
 
 
 def find_robot(name: str) -> Path:
@@ -156,6 +153,7 @@ def load_robot(folder: Path) -> Robot:
         _model=model,
         _frames=frames,
         _tool=tool,
+        _data=model.createData(),
     )
 
 

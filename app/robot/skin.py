@@ -31,7 +31,7 @@ Vector = tuple[float, float, float]
 Positive = Annotated[float, Meta(gt=0)]
 
 
-class Mounting(Table):
+class Mounting(Table, frozen=True):
     """What rings and single sensors have in common."""
 
     link: str
@@ -40,7 +40,7 @@ class Mounting(Table):
     mirrored: bool = False
 
 
-class RingTable(Mounting, kw_only=True):
+class RingTable(Mounting, frozen=True, kw_only=True):
     """`[[ring]]`: sensors evenly around an axis, looking outwards."""
 
     name: str
@@ -52,7 +52,7 @@ class RingTable(Mounting, kw_only=True):
     tilt_deg: Annotated[float, Meta(gt=-90, lt=90)] = 0.0  # towards the axis' direction
 
 
-class SensorTable(Mounting, kw_only=True):
+class SensorTable(Mounting, frozen=True, kw_only=True):
     """`[[sensor]]`: one sensor anywhere."""
 
     name: str
@@ -61,7 +61,7 @@ class SensorTable(Mounting, kw_only=True):
     up: Vector  # direction of the image's upper edge, need not be exactly orthogonal
 
 
-class SkinTable(Table):
+class SkinTable(Table, frozen=True):
     """A layout file."""
 
     title: str
@@ -171,16 +171,15 @@ def build_skin(title: str, sensors: tuple[Sensor, ...], robot: Robot) -> Skin:
             half = CORNER_SHARE / 2.0
             d = zone_directions(sensor, row + dr * half, column + dc * half) @ R.T
             corners[k, :zones, c] = d / np.linalg.norm(d, axis=1, keepdims=True)
-    reach = reach.reshape(K * SLOTS, 3)
     return Skin(
         title=title,
         sensors=sensors,
         link=freeze(np.array([robot.link_index(s.link) for s in sensors], dtype=np.intp)),
         origin=freeze(np.array([s.T_link_sensor[:3, 3] for s in sensors])),
         axis=freeze(np.array([s.T_link_sensor[:3, 2] for s in sensors])),
-        reach=freeze(reach),
+        reach=freeze(reach.reshape(K * SLOTS, 3)),
         corners=freeze(corners.reshape(K * SLOTS, 4, 3)),
-        used=freeze(np.isfinite(reach[:, 0])),
+        used=freeze(np.isfinite(reach[:, :, 0]).ravel()),
     )
 
 
