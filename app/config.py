@@ -6,7 +6,7 @@ the manual. `Params` is frozen and swapped whole: `replace(params, d_min=0.25)`.
 """
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
@@ -128,6 +128,14 @@ def tunables() -> Iterator[Tunable]:
         yield Tunable(
             f.name, kind, choices, f.default, m["unit"], m["low"], m["high"], m["room"], m["help"]
         )
+
+
+def change(params: Params, changes: Mapping[str, Any]) -> Params:
+    """`params` with some settings changed; an unknown name or a bad value is a ConfigError."""
+    for key in changes:
+        if key not in _FACTS:
+            raise ConfigError(f"unknown setting {key!r}; {options(key, _FACTS)}")
+    return replace(params, **changes)
 
 
 def load_params(path: Path, base: Params | None = None) -> Params:

@@ -9,12 +9,11 @@ recording ends, an exception escapes a room. Only a person's action sets it goin
 import logging
 import queue
 import threading
-from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
-from app.config import Params
+from app.config import Params, change
 from app.control.supervisor import Supervisor
 from app.errors import FlinchError
 from app.messages import (
@@ -224,7 +223,7 @@ class Engine:
             case SetGoal(T_base_tool=T):
                 self._goal = Goal(freeze(rigid(T)))
             case SetParams(changes=changes):
-                self._params = replace(self._params, **changes)
+                self._params = change(self._params, changes)
             case SetMode(mode=mode, reason=reason):
                 if mode is Mode.HOLDING:
                     q = self._arm.state(now).q

