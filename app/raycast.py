@@ -6,13 +6,14 @@ a scene: the scene would go on answering for the old shape without a word (trime
 """
 
 import numpy as np
-from embreex import rtcore_scene
+from embreex import rtcore, rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
 from app.messages import Array
 
 MISS = np.float32(np.inf)
+_DEVICE = rtcore.EmbreeDevice()  # one for all: with a thousand of its own the process crashed
 
 
 class RigidMesh:
@@ -21,7 +22,7 @@ class RigidMesh:
     def __init__(self, vertices: Array, faces: NDArray[np.int64]) -> None:
         if len(faces) == 0:
             raise ValueError("a mesh without faces cannot be hit; leave the body out instead")
-        self._scene = rtcore_scene.EmbreeScene()
+        self._scene = rtcore_scene.EmbreeScene(_DEVICE)
         self._mesh = TriangleMesh(
             self._scene,
             np.ascontiguousarray(vertices, dtype=np.float32),

@@ -19,7 +19,8 @@ from app.world.tables import transform
 from app.world.world import Body, World
 
 HERE = Path(__file__).parent
-EVERYWHERE = (np.zeros(3), np.array([1.0, 0.0, 0.0]), np.pi, 100.0)  # a cone that culls nothing
+# a cone so wide and from so far away that it culls nothing
+EVERYWHERE = (np.array([-100.0, 0.0, 0.0]), np.array([1.0, 0.0, 0.0]), 1.5, 1000.0)
 SHAPES = {
     "sphere": {"kind": "sphere", "radius_m": 0.2},
     "box": {"kind": "box", "size_m": [0.3, 0.5, 0.2]},
