@@ -234,7 +234,7 @@ class Snapshot:
     """All that an onlooker may know of one tick.
 
     T_base_link: (L, 4, 4) poses of the body links at `joints.q`.
-    sensing:     the pairs that the controller used; `body` the whole-body pairs, always.
+    pairs, body: the pairs that the controller used; and those of the whole body, always.
     health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.

@@ -9,6 +9,7 @@ recording ends, an exception escapes a room. Only a person's action sets it goin
 import logging
 import queue
 import threading
+from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
@@ -255,5 +256,14 @@ class Engine:
             self._thread = None
 
     def _run(self) -> None:
-        while not self._quit.is_set():
-            self.step()
+        try:
+            while not self._quit.is_set():
+                self.step()
+        except Exception as error:
+            # not even braking worked; the arm gets a last zero and everyone is told
+            log.exception("the control thread has died")
+            self._arm.send(np.zeros(self.robot.n), self._period)
+            self._supervisor.fault(f"the control thread has died: {error!r}", self._clock.now())
+            last, stamp = self.snapshots.get()
+            if last is not None:
+                self.snapshots.put(replace(last, status=self._supervisor.status), stamp)

@@ -200,6 +200,20 @@ def test_the_controller_can_be_switched_while_running(bench, robot):
     assert bench.run(0.1, SetParams({"mode": "wb"})).pairs.distance.shape == (7,)
 
 
+def test_a_control_thread_that_dies_is_a_named_stop(bench, monkeypatch):
+    bench.run(0.1)
+
+    def dead(*_):
+        raise MemoryError("none left")
+
+    monkeypatch.setattr(bench.engine, "step", dead)
+    bench.engine.start()
+    bench.engine._thread.join(timeout=10)
+    bench.engine.stop()
+    status = bench.engine.snapshots.get()[0].status
+    assert status.mode is Mode.STOPPED and "has died" in status.reason
+
+
 def test_the_thread_runs_and_ends(robot, skin):
     from app.timing import WallClock
 

@@ -1,0 +1,111 @@
+"""The ground floor: settings, time, files and error messages."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from app.assets import asset_folder, find_asset
+from app.config import Params, change, load_params, tunables
+from app.errors import ConfigError, options
+from app.messages import freeze
+from app.raycast import RigidMesh, to_body
+from app.timing import Latest, ManualClock, Stopwatch, Ticker
+
+
+def test_every_setting_is_checked_at_both_ends_of_its_range():
+    for t in tunables():
+        if t.low is None:
+            continue
+        assert getattr(Params(**{t.name: t.low}), t.name) == t.low
+        for bad in (t.low - 1.0, t.high + 1.0, math.nan, math.inf):
+            with pytest.raises(ConfigError, match=t.name):
+                Params(**{t.name: bad})
+
+
+def test_a_setting_of_the_wrong_kind_is_refused():
+    for wrong in ({"d_min": "0.2"}, {"d_min": True}, {"footprint": 1}, {"mode": "xx"}):
+        with pytest.raises(ConfigError):
+            Params(**wrong)
+
+
+def test_changing_settings_leaves_the_old_ones_alone():
+    before = Params()
+    assert change(before, {"d_min": 0.3}).d_min == 0.3 and before.d_min == 0.2
+    with pytest.raises(ConfigError, match="did you mean 'd_min'"):
+        change(before, {"d_mni": 0.3})
+
+
+def test_a_settings_file_is_read_and_its_faults_are_named(tmp_path):
+    file = tmp_path / "s.toml"
+    file.write_text("d_min = 0.25\nfootprint = false\n")
+    assert load_params(file).d_min == 0.25 and not load_params(file).footprint
+    file.write_text("d_min = 5.0\n")
+    with pytest.raises(ConfigError, match=r"s\.toml: d_min = 5 m; give a value from 0.05 to 0.4"):
+        load_params(file)
+    with pytest.raises(ConfigError, match="cannot be read"):
+        load_params(tmp_path / "none.toml")
+
+
+def test_options_put_the_likely_name_first():
+    assert options("tabel", ["table", "door"]) == "did you mean 'table'? known: door, table"
+    assert options("x", []) == "none is known here"
+
+
+def test_a_ticker_keeps_its_pace_and_counts_what_it_missed():
+    clock = ManualClock()
+    ticker = Ticker(clock, 0.01)
+    assert [ticker.wait() for _ in range(3)] == [0.0, 0.0, 0.0]
+    assert clock.now() == pytest.approx(0.02)
+    clock.t += 0.1  # a stall
+    assert ticker.wait() == pytest.approx(0.09)
+    assert ticker.missed == 1
+    assert ticker.wait() == 0.0 and clock.now() == pytest.approx(0.13)  # no burst afterwards
+
+
+def test_the_mailbox_keeps_the_newest_value_and_its_stamp():
+    box = Latest()
+    assert box.get() == (None, 0.0)
+    box.put("a", 1.0)
+    box.put("b", 2.0)
+    assert box.get() == box.get() == ("b", 2.0)
+
+
+def test_a_stopwatch_adds_up_laps_of_the_same_name():
+    watch = Stopwatch()
+    watch.lap("a")
+    first = watch.laps["a"]
+    watch.lap("a")
+    assert watch.laps["a"] >= first >= 0.0
+
+
+def test_assets_are_found_by_name_or_path(tmp_path):
+    folder = asset_folder("robots")
+    assert find_asset("ur10e", folder, "", ConfigError) == folder / "ur10e"
+    assert find_asset(str(tmp_path), folder, "", ConfigError) == tmp_path
+    with pytest.raises(ConfigError, match="install it again"):
+        asset_folder("nothing")
+
+
+def test_a_frozen_array_cannot_be_written():
+    with pytest.raises(ValueError, match="read-only"):
+        freeze(np.zeros(3))[0] = 1.0
+
+
+def test_a_mesh_without_faces_cannot_be_hit():
+    with pytest.raises(ValueError, match="without faces"):
+        RigidMesh(np.zeros((0, 3)), np.zeros((0, 3), dtype=np.int64))
+
+
+@given(st.floats(-3, 3), st.floats(-1, 1), st.floats(-1, 1))
+def test_rays_hit_a_moved_triangle_where_it_is(angle, y, z):
+    triangle = np.array([[0.0, -9, -9], [0, 9, -9], [0, 0, 18]])
+    mesh = RigidMesh(triangle, np.array([[0, 1, 2]]))
+    T = np.eye(4)
+    c, s = math.cos(angle), math.sin(angle)
+    T[:2, :2], T[:3, 3] = [[c, -s], [s, c]], [c * 2.0, s * 2.0, 0.0]
+    origin = np.array([[-s * y, c * y, z]])  # beside the axis, in the plane through the base
+    direction = np.array([[c, s, 0.0]])
+    assert mesh.cast(*to_body(T, origin, direction))[0] == pytest.approx(2.0, abs=1e-5)
