@@ -129,6 +129,9 @@ class Engine:
         elapsed = self._period if self._last_stamp is None else now - self._last_stamp
         dt = min(max(elapsed, 0.1 * self._period), 5.0 * self._period)
         self._last_stamp = now
+        if late > self._params.frame_age:
+            # it was this machine that stalled, not the sensors; wait for fresh frames, though
+            self._listening = now
         watch = Stopwatch()
         self._drain(now)
         joints = self._arm.state(now)
@@ -141,7 +144,7 @@ class Engine:
             self._health.update(frames)
             self._doubt(now)
             mode = self._supervisor.mode
-            moving = mode is not Mode.STOPPED and self._health.heard
+            moving = mode is not Mode.STOPPED and self._health.heard_since(self._listening)
             goal = self._goal if mode is Mode.RUNNING else self._held
             outcome = self._pipeline.tick(frames, joints, goal, self._params, dt, moving, watch)
             if not np.isfinite(outcome.command.qd).all():

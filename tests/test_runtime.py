@@ -29,9 +29,8 @@ class Bench:
         self.world = World(())
         self.arm = SimulatedArm(robot)
         self.eye = SimulatedSkin(robot, skin, self.world, 0, ErrorModel(ideal=True))
-        self.engine = Engine(
-            robot, skin, self.arm, self.eye, self.world, ManualClock(), params=params
-        )
+        self.clock = ManualClock()
+        self.engine = Engine(robot, skin, self.arm, self.eye, self.world, self.clock, params=params)
 
     def run(self, seconds, *actions):
         for a in actions:
@@ -124,6 +123,15 @@ def test_after_a_fault_only_a_person_sets_it_going_and_a_lasting_one_stops_it_ag
     bench.eye.muted.clear()
     assert bench.run(1.0).status.mode is Mode.STOPPED
     assert bench.run(1.0, SetMode(Mode.RUNNING)).status.mode is Mode.RUNNING
+
+
+def test_a_stall_of_the_machine_itself_waits_for_fresh_frames_and_goes_on(bench):
+    start = bench.run(0.3).T_base_tool
+    bench.run(0.5, SetGoal(shifted(start, y=-0.5)))
+    bench.clock.t += 1.0
+    after = bench.run(0.02)
+    assert after.status.mode is Mode.RUNNING
+    assert np.linalg.norm(after.command.qd) < np.linalg.norm(bench.run(0.4).command.qd)
 
 
 def test_one_dead_sensor_is_shown_and_does_not_stop_the_arm(bench):

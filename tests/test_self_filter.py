@@ -234,4 +234,4 @@ def test_health_names_what_a_sensor_does():
     assert health.rates()[0] == pytest.approx(15.0)
     assert SensorHealth(health.states(3.0, 0.2)[0]) is SensorHealth.STALE
     assert health.silent(19 / 15 + 0.6, 0.5, 0.0) == 3
-    assert health.heard
+    assert health.heard_since(19 / 15) and not health.heard_since(19 / 15 + 0.01)

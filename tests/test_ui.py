@@ -255,9 +255,9 @@ def test_links_go_where_the_snapshot_says(page: Page, engine: FakeEngine) -> Non
 def test_a_sensor_is_coloured_by_its_health(page: Page, engine: FakeEngine) -> None:
     health = np.array([SensorHealth.POOR, SensorHealth.STALE], dtype=np.uint8)
     show(page, engine, snapshot(engine, health=health))
-    for k, state in enumerate(health):
-        handle: Any = page.server.scene.get_handle_by_name(f"/robot/forearm_link/s{k}")
-        assert handle.color == HEALTH[SensorHealth(state)]
+    (patch,) = page.robot.patches  # both sit on one link
+    shown = [tuple(colour) for colour in patch.handle.batched_colors]
+    assert shown == [HEALTH[SensorHealth(h)] for h in health]
 
 
 def test_only_kept_points_are_shown_at_first(page: Page, engine: FakeEngine) -> None:
@@ -522,9 +522,7 @@ def test_every_setting_has_a_control(page: Page) -> None:
 
 
 @pytest.mark.parametrize("name", [t.name for t in tunables() if t.low is not None])
-def test_both_ends_of_every_slider_are_accepted(
-    page: Page, engine: FakeEngine, name: str
-) -> None:
+def test_both_ends_of_every_slider_are_accepted(page: Page, engine: FakeEngine, name: str) -> None:
     control: Any = page.params.controls[name]
     for end in (control.min, control.max):
         run(page, control, end)

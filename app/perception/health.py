@@ -52,7 +52,6 @@ class SkinHealth:
         quiet = now - np.maximum(self._last, since) > limit
         return int((quiet & self._connected).sum())
 
-    @property
-    def heard(self) -> bool:
-        """Has any sensor spoken yet?"""
-        return bool(np.isfinite(self._last).any())
+    def heard_since(self, since: float) -> bool:
+        """Is there a frame that was measured at `since` [s] or later?"""
+        return bool((self._last >= since).any())

@@ -107,7 +107,7 @@ def state_html(word: str, colour: tuple[int, int, int], why: str, below: str) ->
     return (
         f'<div style="margin:0.2em 0.8em;border-left:0.5em solid {css(colour)};'
         f'padding:0.1em 0.7em"><div style="font-size:1.35em;font-weight:700;'
-        f'color:{css(colour)}" data-state="{escape(word)}">{escape(word)}</div>'
+        f'color:{css(colour)}" data-arm="{escape(word)}">{escape(word)}</div>'
         f'<div style="font-size:0.85em">{escape(why)}</div>'
         f'<div style="font-size:0.85em;opacity:0.75">{escape(below)}&nbsp;</div></div>'
     )

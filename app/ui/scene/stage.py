@@ -15,6 +15,7 @@ class Stage:
 
     def __init__(self, server: viser.ViserServer, crops: tuple[CropBox, ...]) -> None:
         scene = server.scene
+        self._scene = scene
         scene.configure_environment_map("studio", environment_intensity=0.6)
         top, bottom = np.array([206, 216, 228]), np.array([250, 251, 252])
         sky = np.linspace(top, bottom, 256).astype(np.uint8)
@@ -50,7 +51,7 @@ class Stage:
             for crop in crops
         ]
         camera = server.initial_camera
-        camera.position, camera.look_at = (2.05, -2.0, 1.5), (0.16, -0.1, 0.36)
+        camera.position, camera.look_at = (2.5, -2.2, 1.65), (0.38, -0.02, 0.3)
         camera.fov = 0.75
 
     def update(self, snapshot: Snapshot) -> None:
@@ -62,10 +63,16 @@ class Stage:
 
     def switches(self) -> list[Switch]:
         ground = Switch("Ground", True, lambda on: setattr(self._grid, "visible", on))
-        if not self._crops:
-            return [ground]
-        words = "known, static parts of the cell: points inside are not obstacles"
-        return [ground, Switch("Crop boxes", True, self._show_crops, words)]
+        words = "off: faster without a graphics card"
+        out = [ground, Switch("Shadows", True, self.cast_shadows, words)]
+        if self._crops:
+            words = "known, static parts of the cell: points inside are not obstacles"
+            out.append(Switch("Crop boxes", True, self._show_crops, words))
+        return out
+
+    def cast_shadows(self, on: bool) -> None:
+        """Shadows tell how high a thing hovers, but are drawn anew for every picture."""
+        self._scene.configure_default_lights(cast_shadow=on)
 
     def _show_crops(self, on: bool) -> None:
         for box in self._crops:

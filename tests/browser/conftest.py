@@ -1,0 +1,127 @@
+"""A running arm with its page, a window on it, and evidence of what failed."""
+
+from collections.abc import Generator, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from hands import READY, until
+from playwright.sync_api import Browser
+from playwright.sync_api import Page as Window
+
+from app.config import Params
+from app.messages import Goal, Mode, RemoveObstacle, SetGoal, SetMode, SetParams, Snapshot
+from app.robot.arm import SimulatedArm
+from app.robot.model import find_robot, load_robot
+from app.robot.skin import load_skin
+from app.runtime import Engine
+from app.sensing.simulated import SimulatedSkin
+from app.timing import WallClock
+from app.ui.page import Page
+from app.world.scene import find_scene, load_scene
+from app.world.world import World
+
+ARTIFACTS = Path(__file__).parents[2] / ".artifacts"
+RATE = 40.0  # [Hz] a slow loop: the browser draws in software on the same processor
+
+
+class Live(NamedTuple):
+    """The arm, its page, and the goal at which every test begins."""
+
+    engine: Engine
+    page: Page
+    goal: Goal
+
+    @property
+    def now(self) -> Snapshot:
+        snapshot, _ = self.engine.snapshots.get()
+        assert snapshot is not None
+        return snapshot
+
+
+@pytest.fixture(scope="module")
+def live() -> Iterator[Live]:
+    robot = load_robot(find_robot("ur10e"))
+    assert robot.skin is not None
+    skin = load_skin(robot.folder / robot.skin, robot)
+    scene = load_scene(find_scene("empty"))
+    world = World(scene.bodies, scene.crops)
+    source = SimulatedSkin(robot, skin, world)
+    patient = Params(silence=2.0)  # a browser that starts may hold the processor for a second
+    arm = SimulatedArm(robot)
+    engine = Engine(robot, skin, arm, source, world, WallClock(), params=patient, rate=RATE)
+    engine.start()
+    try:
+        with Page(engine, port=0) as page:
+            # both take most of the time of a picture that is drawn without a graphics card
+            page.stage.cast_shadows(False)
+            page.server.scene.configure_environment_map(None)
+            yield Live(engine, page, Goal(robot.posture(robot.home).T_base_tool))
+    finally:
+        engine.stop()
+
+
+@pytest.fixture(scope="module")
+def window(live: Live, browser: Browser) -> Iterator[Window]:
+    """The first window, open for the whole module: a page takes seconds to load in software."""
+    window = open_window(browser, live.page.url)
+    yield window
+    window.close()
+
+
+@pytest.fixture(autouse=True)
+def at_home(live: Live, window: Window) -> None:
+    """Begin as after a start: no obstacle, default settings, running, near the first goal."""
+    post = live.engine.post
+    for body in live.now.world:
+        if body.view.movable:
+            post(RemoveObstacle(body.view.name))
+    post(SetParams({"d_min": 0.20, "delta": 0.10, "mode": "wb", "v_max": 0.3}))
+    post(SetGoal(live.goal.T_base_tool))
+    post(SetMode(Mode.RUNNING))
+    home = live.goal.T_base_tool[:3, 3]
+    until(
+        window,
+        lambda: np.linalg.norm(live.now.T_base_tool[:3, 3] - home) < 0.05,
+        "the arm is back at its first goal",
+    )
+
+
+@pytest.fixture(autouse=True)
+def evidence(request: pytest.FixtureRequest, window: Window) -> Iterator[None]:
+    """After a failure: the first window's picture and console under `.artifacts`."""
+    said: list[str] = []
+
+    def note(message: Any) -> None:
+        said.append(f"{message.type}: {message.text}")
+
+    window.on("console", note)
+    yield
+    window.remove_listener("console", note)
+    if request.node.stash.get(FAILED, False):
+        ARTIFACTS.mkdir(exist_ok=True)
+        window.screenshot(path=ARTIFACTS / f"{request.node.name}.png")
+        (ARTIFACTS / f"{request.node.name}.log").write_text("\n".join(said), encoding="utf-8")
+
+
+FAILED = pytest.StashKey[bool]()
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_makereport(
+    item: pytest.Item, call: pytest.CallInfo[None]
+) -> Generator[None, pytest.TestReport, pytest.TestReport]:
+    report = yield
+    if report.failed:
+        item.stash[FAILED] = True
+    return report
+
+
+def open_window(browser: Browser, url: str, width: int = 1280, height: int = 720) -> Window:
+    """A window of its own on the page, ready to be used."""
+    window = browser.new_page(viewport={"width": width, "height": height})
+    window.goto(url)
+    window.wait_for_function(READY, timeout=60_000)
+    window.locator('[data-arm]:not([data-arm="Waiting"])').wait_for(timeout=30_000)
+    return window

@@ -1,0 +1,209 @@
+"""The page as a person uses it: a real browser, a mouse and a keyboard, a simulated arm."""
+
+import http.server
+import threading
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+from conftest import Live, open_window
+from hands import drag, nodes, picture, position, props, shown, spot, until
+from playwright.sync_api import Browser
+from playwright.sync_api import Page as Window
+
+from app.messages import Mode, SetGoal, SetParams
+from app.ui.colours import POINT
+
+pytestmark = pytest.mark.browser
+
+
+def lifted(live: Live, height: float) -> SetGoal:
+    """The first goal, so much [m] higher."""
+    T = live.goal.T_base_tool.copy()
+    T[2, 3] += height
+    return SetGoal(T)
+
+
+def test_the_page_connects(live: Live, window: Window) -> None:
+    assert len(live.page.server.get_clients()) == 1
+    assert window.get_by_text("goes to the goal and gives way").is_visible()
+    assert window.get_by_text("not an emergency stop").first.is_visible()
+    assert live.page.fault is None
+
+
+def test_all_links_and_clouds_are_in_the_scene(live: Live, window: Window) -> None:
+    robot, skin = live.engine.robot, live.engine.skin
+    wanted = {f"/robot/{link}" for link in robot.links}
+    wanted |= {f"/robot/{s.link}/sensors" for s in skin.sensors}
+    wanted |= {f"/cloud/{v.name.lower()}" for v in POINT} | {"/cloud/raw", "/goal", "/tool"}
+    until(window, lambda: wanted <= nodes(window), f"in the scene: {wanted - nodes(window)}")
+    until(window, lambda: shown(window, "/cloud/kept"), "the skin sees the table")
+
+
+def test_links_and_clouds_move_with_the_arm(live: Live, window: Window) -> None:
+    before = position(window, "/robot/wrist_3_link")
+    points = props(window, "/cloud/kept")["points"]
+    live.engine.post(lifted(live, 0.15))
+
+    def moved() -> bool:
+        here = position(window, "/robot/wrist_3_link")
+        return bool(here[2] - before[2] > 0.1)
+
+    until(window, moved, "the last link has risen by 10 cm")
+    assert props(window, "/cloud/kept")["points"] != points
+    true = live.now.T_base_link[-1][:3, 3]
+    np.testing.assert_allclose(position(window, "/robot/wrist_3_link"), true, atol=0.05)
+
+
+def test_dragging_the_goal_with_the_mouse_moves_the_arm(live: Live, window: Window) -> None:
+    # nothing here is in the way, and no stray point shall keep the tool from its goal
+    live.engine.post(SetParams({"d_min": 0.05, "delta": 0.05}))
+    home = live.goal.T_base_tool
+    origin, axis = home[:3, 3], home[:3, 2]  # the tool's axis points down
+    drag(window, spot(live.page, origin + 0.24 * axis), spot(live.page, origin + 0.08 * axis))
+    goal = until(window, lambda: live.now.goal.T_base_tool[2, 3] > origin[2] + 0.1, "a new goal")
+    goal = live.now.goal.T_base_tool
+    assert np.linalg.norm((goal - home)[:2, 3]) < 0.01  # along the arrow only
+
+    def arrived() -> bool:
+        return bool(np.linalg.norm((live.now.T_base_tool - goal)[:3, 3]) < 0.03)
+
+    until(window, arrived, "the tool is at the dragged goal")
+    until(
+        window,
+        lambda: np.linalg.norm(position(window, "/tool") - goal[:3, 3]) < 0.03,
+        "the window shows the tool there",
+    )
+
+
+def test_an_obstacle_dragged_to_the_arm_is_felt(live: Live, window: Window) -> None:
+    window.get_by_role("tab", name="Obstacles").click()
+    window.get_by_role("button", name="Box", exact=True).click()
+    until(window, lambda: "/world/Box 1" in nodes(window), "the box is in the scene")
+    until(window, lambda: position(window, "/world/Box 1")[0] > 0.5, "in front of the tool")
+    start = position(window, "/world/Box 1")
+    calm = picture(window, 1)
+
+    elbow = live.now.T_base_link[3][:3, 3]
+    beside = np.array([elbow[0] + 0.35, elbow[1] - 0.30, start[2]])
+    window.keyboard.down("Shift")  # at its height
+    drag(window, spot(live.page, start), spot(live.page, beside))
+    window.keyboard.up("Shift")
+
+    def moved() -> bool:
+        return bool(np.linalg.norm(position(window, "/world/Box 1") - start) > 0.5)
+
+    until(window, moved, "the box is beside the arm")
+    there = position(window, "/world/Box 1")
+    assert there[2] == pytest.approx(start[2], abs=0.01)
+
+    def felt() -> bool:
+        arrow = np.reshape(props(window, "/pair/closest")["points"], (2, 3))
+        on_the_box = np.abs(arrow[0] - there).max() < 0.2  # its half edge is 0.1 m
+        return bool(on_the_box and shown(window, "/pair/closest"))
+
+    until(window, felt, "the arrow begins at the box")
+    until(window, lambda: live.now.command.activation > 0.0, "the arm gives way")
+    until(window, lambda: picture(window, 1) != calm, "the plot shows the activation")
+
+
+def test_a_deleted_obstacle_leaves_the_scene(live: Live, window: Window) -> None:
+    window.get_by_role("tab", name="Obstacles").click()
+    window.get_by_role("button", name="Sphere", exact=True).click()
+    until(window, lambda: "/world/Sphere 1" in nodes(window), "the sphere is in the scene")
+    button = window.get_by_role("button", name="Delete it")
+    until(window, button.is_enabled, "it can be deleted")
+    button.click()
+    until(window, lambda: "/world/Sphere 1" not in nodes(window), "the sphere is gone")
+
+
+def test_the_stop_button_stops_the_arm(live: Live, window: Window) -> None:
+    live.engine.post(SetParams({"v_max": 0.05}))  # time enough to press the button on the way
+    live.engine.post(lifted(live, 0.3))
+    until(window, lambda: np.abs(live.now.joints.qd).max() > 0.02, "the arm moves")
+    window.get_by_role("button", name="Stop", exact=True).click()
+    until(window, lambda: live.now.status.mode is Mode.STOPPED, "stopped", seconds=3.0)
+    until(window, lambda: np.abs(live.now.joints.qd).max() < 1e-3, "it stands", seconds=3.0)
+    window.get_by_text("Stopped", exact=True).wait_for(timeout=5_000)
+    q, ticks = live.now.joints.q, live.now.tick
+    until(window, lambda: live.now.tick > ticks + 30, "half a second passes")
+    np.testing.assert_allclose(live.now.joints.q, q, atol=1e-4)
+    assert np.linalg.norm(live.now.T_base_tool[:3, 3] - live.now.goal.T_base_tool[:3, 3]) > 0.05
+
+
+def test_the_keys_stop_and_run(live: Live, window: Window) -> None:
+    window.keyboard.press("s")
+    until(window, lambda: live.now.status.mode is Mode.STOPPED, "S stops")
+    window.keyboard.press("h")
+    until(window, lambda: live.now.status.mode is Mode.HOLDING, "H holds")
+    window.keyboard.press("r")
+    until(window, lambda: live.now.status.mode is Mode.RUNNING, "R runs")
+
+
+def test_a_second_window_sees_the_same(live: Live, window: Window, browser: Browser) -> None:
+    # two windows that draw everything without a graphics card need a minute; what is hidden is
+    # in the scene all the same
+    views = (live.page.robot, live.page.world, live.page.stage)
+    heavy = [s for view in views for s in view.switches() if s.label != "Shadows"]
+    for switch in heavy:
+        switch.set(False)
+    other = open_window(browser, live.page.url, 900, 500)
+    try:
+        until(other, lambda: nodes(other) == nodes(window), "the same things in both scenes")
+        live.engine.post(lifted(live, 0.1))
+        z = live.goal.T_base_tool[2, 3] + 0.1
+        for w in (window, other):
+            until(w, lambda w=w: abs(position(w, "/tool")[2] - z) < 0.01, "the tool has risen")  # type: ignore[misc]
+        for w in (window, other):
+            w.get_by_role("tab", name="Settings").click()
+        field = window.get_by_role("textbox").filter(visible=True).first
+        field.fill("250")
+        field.press("Enter")
+        until(window, lambda: live.now.params.d_min == 0.25, "the setting has arrived")
+        twin = other.get_by_role("textbox").filter(visible=True).first
+        until(other, lambda: twin.input_value() == "250", "the other window shows it")
+    finally:
+        other.close()
+        for switch in heavy:
+            switch.set(True)
+
+
+@pytest.fixture
+def stranger() -> Iterator[str]:
+    """The address of somebody else's page on this machine."""
+
+    class Blank(http.server.BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.send_response(200)
+            self.send_header("Content-Type", "text/html")
+            self.end_headers()
+            self.wfile.write(b"<title>elsewhere</title>")
+
+        def log_message(self, format: str, *args: object) -> None:
+            pass
+
+    server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Blank)
+    thread = threading.Thread(target=server.serve_forever)
+    thread.start()
+    yield f"http://localhost:{server.server_port}/"
+    server.shutdown()
+    thread.join()
+    server.server_close()
+
+
+def test_a_page_from_elsewhere_gets_403(live: Live, browser: Browser, stranger: str) -> None:
+    elsewhere = browser.new_page()
+    said: list[str] = []
+    elsewhere.on("console", lambda message: said.append(message.text))
+    elsewhere.goto(stranger)
+    result = elsewhere.evaluate(
+        """url => new Promise(done => {
+            const socket = new WebSocket(url, "viser-v1.1.1");
+            socket.onopen = () => done("open");
+            socket.onerror = () => done("refused");
+        })""",
+        live.page.url.replace("http", "ws"),
+    )
+    assert result == "refused"
+    until(elsewhere, lambda: any("403" in text for text in said), f"a 403 in {said}", 5.0)
+    elsewhere.close()
