@@ -105,7 +105,7 @@ def test_the_gap_equals_a_float64_ray_cast(robot, skin):
                 compared += 1
             else:
                 assert np.isfinite(hit) == np.isfinite(gap[k, z])
-    assert compared > 30
+    assert compared > 20
 
 
 @pytest.fixture

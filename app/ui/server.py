@@ -14,6 +14,7 @@ from contextlib import contextmanager
 from http import HTTPStatus
 from typing import Any
 
+import rich
 import viser
 import websockets.asyncio.server as ws_server
 from viser import _messages
@@ -41,8 +42,10 @@ def open_page(
 
     # viser has no option for a ready socket or for origins, so its one call to websockets is
     # wrapped while the server starts; `_patching` keeps two starting servers apart.
+    # It also prints a banner of its own; the program says the address itself.
     with _patching:
         ws_server.serve = guarded_serve  # type: ignore[misc, assignment]
+        rich.get_console().quiet = True
         try:
             server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
         except BaseException:
@@ -50,6 +53,7 @@ def open_page(
             raise
         finally:
             ws_server.serve = real_serve  # type: ignore[misc]
+            rich.get_console().quiet = False
 
     # anyone connected could ask for a public tunnel to this arm, button or not
     server._websock_server.unregister_handler(_messages.ShareUrlRequest)

@@ -11,10 +11,14 @@ from hands import drag, nodes, picture, position, props, shown, spot, until
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
 
-from app.messages import Mode, SetGoal, SetParams
+from app.messages import AddObstacle, Mode, SetGoal, SetParams
 from app.ui.colours import POINT
 
 pytestmark = pytest.mark.browser
+# far enough from the forearm to be seen and not to be felt
+PILLAR = AddObstacle(
+    "Pillar", {"kind": "cylinder", "radius_m": 0.2, "length_m": 2.0}, (0.2, -0.9, 0.5)
+)
 
 
 def lifted(live: Live, height: float) -> SetGoal:
@@ -37,10 +41,13 @@ def test_all_links_and_clouds_are_in_the_scene(live: Live, window: Window) -> No
     wanted |= {f"/robot/{s.link}/sensors" for s in skin.sensors}
     wanted |= {f"/cloud/{v.name.lower()}" for v in POINT} | {"/cloud/raw", "/goal", "/tool"}
     until(window, lambda: wanted <= nodes(window), f"in the scene: {wanted - nodes(window)}")
-    until(window, lambda: shown(window, "/cloud/kept"), "the skin sees the table")
+    live.engine.post(PILLAR)
+    until(window, lambda: shown(window, "/cloud/kept"), "the skin sees the pillar")
 
 
 def test_links_and_clouds_move_with_the_arm(live: Live, window: Window) -> None:
+    live.engine.post(PILLAR)
+    until(window, lambda: shown(window, "/cloud/kept"), "the skin sees the pillar")
     before = position(window, "/robot/wrist_3_link")
     points = props(window, "/cloud/kept")["points"]
     live.engine.post(lifted(live, 0.15))

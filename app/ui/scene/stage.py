@@ -42,6 +42,7 @@ class Stage:
                 (120, 130, 140),
                 crop.size,
                 wireframe=True,
+                visible=False,
                 opacity=0.35,
                 cast_shadow=False,
                 receive_shadow=False,
@@ -51,7 +52,7 @@ class Stage:
             for crop in crops
         ]
         camera = server.initial_camera
-        camera.position, camera.look_at = (2.5, -2.2, 1.65), (0.38, -0.02, 0.3)
+        camera.position, camera.look_at = (1.55, -1.95, 1.25), (0.28, 0.0, 0.36)
         camera.fov = 0.75
 
     def update(self, snapshot: Snapshot) -> None:
@@ -67,7 +68,7 @@ class Stage:
         out = [ground, Switch("Shadows", True, self.cast_shadows, words)]
         if self._crops:
             words = "known, static parts of the cell: points inside are not obstacles"
-            out.append(Switch("Crop boxes", True, self._show_crops, words))
+            out.append(Switch("Crop boxes", False, self._show_crops, words))
         return out
 
     def cast_shadows(self, on: bool) -> None:
