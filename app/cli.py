@@ -15,6 +15,8 @@ import tyro
 
 from app.config import Params, load_params, tunables
 from app.errors import ConfigError, FlinchError
+from app.robot.meshes import Bodies
+from app.robot.tables import Choice
 from app.timing import WallClock
 from app.wiring import Setup, build_engine
 
@@ -36,11 +38,29 @@ ParamFlags = _flags_of_params()
 
 
 @dataclass(frozen=True)
-class Run:
-    """Run the arm: with its page in a browser, or headless for a number of seconds."""
+class WhichRobot:
+    """The flags that choose a robot; every command that takes one has the same."""
 
     robot: str = "ur10e"
-    """A robot's name, or the path of its folder."""
+    """A robot's name, the path of its folder, or robot_descriptions:NAME."""
+    urdf: str = ""
+    """A bare URDF file instead, with its own meshes; give it a --skin."""
+    tool: str = ""
+    """A tool of the robot, a tool's TOML file, a link of the URDF as tool frame, or 'none'."""
+    home_deg: tuple[float, ...] = ()
+    """Posture to begin in [degrees, mm for a sliding joint], one value a joint."""
+    bodies: Bodies = "collision"
+    """Meshes of the URDF that distances are measured to."""
+
+    def choice(self) -> Choice:
+        """What was chosen beside the robot itself."""
+        return Choice(self.tool, self.home_deg, self.bodies)
+
+
+@dataclass(frozen=True)
+class Run(WhichRobot):
+    """Run the arm: with its page in a browser, or headless for a number of seconds."""
+
     skin: str = ""
     """A sensor layout's name or path; default: the robot's own."""
     scene: str = "cell"
@@ -75,7 +95,10 @@ class Run:
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
-        setup = Setup(self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed)
+        setup = Setup(
+            self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
+            urdf=self.urdf, choice=self.choice(),
+        )  # fmt: skip
         if self.headless:
             from app.studies.headless import summary
 
