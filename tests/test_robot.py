@@ -52,7 +52,16 @@ def test_the_tool_jacobian_agrees_with_finite_differences(robot):
 
 
 def test_joints_beyond_a_link_do_not_move_it(robot):
-    assert robot.supports.tolist() == np.tril(np.ones((7, 6)), -1).tolist()
+    cover = robot.link_index("skin_cover")
+    assert np.array_equal(robot.supports[cover], robot.supports[cover - 1])
+    seven = np.delete(robot.supports, cover, axis=0)
+    assert seven.tolist() == np.tril(np.ones((7, 6)), -1).tolist()
+
+
+def test_only_the_covers_are_welded_to_another_link(robot):
+    forearm, cover = robot.link_index("forearm_link"), robot.link_index("skin_cover")
+    apart = robot.welded & ~np.eye(len(robot.links), dtype=bool)
+    assert np.argwhere(apart).tolist() == [[forearm, cover], [cover, forearm]]
 
 
 def test_a_posture_is_read_only(robot):
