@@ -1,4 +1,4 @@
-"""The front door: `flinch run`, `flinch bench tick`. Wires rooms, decides nothing."""
+"""The front door: run, bench tick, doctor. Wires rooms, decides nothing."""
 
 import logging
 import os
@@ -18,7 +18,7 @@ from app.errors import ConfigError, FlinchError
 from app.robot.meshes import Bodies
 from app.robot.tables import Choice
 from app.timing import WallClock
-from app.wiring import Setup, build_engine
+from app.wiring import Setup, build_engine, build_robot, choose_skin
 
 DEFAULT_PORT = 8080
 
@@ -136,12 +136,34 @@ class Bench:
         print(report.to_json() if self.json else report.to_text())
 
 
+@dataclass(frozen=True)
+class Doctor(WhichRobot):
+    """Examine a robot: inertias, limits, meshes, sensors, self-intersections, frames."""
+
+    robot: tyro.conf.Positional[str] = "ur10e"
+    """A robot's name, the path of its folder, or robot_descriptions:NAME."""
+    skin: str = ""
+    """A sensor layout's name or path; default: the robot's own, if it has one."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __call__(self) -> None:
+        from app.studies.doctor import examine, to_table
+
+        setup = Setup(self.robot, self.skin, urdf=self.urdf, choice=self.choice())
+        robot = build_robot(setup)
+        skin = choose_skin(setup, robot) if self.skin or robot.skin else None
+        report = examine(robot, skin)
+        print(report.to_json() if self.json else to_table(report))
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     app = tyro.extras.SubcommandApp()
     app.command(name="run")(Run)
     app.command(name="bench")(Bench)
+    app.command(name="doctor")(Doctor)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

@@ -43,7 +43,7 @@ class Setup:
 def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> Engine:
     """A ready engine, not yet started; raises a FlinchError before anything has begun."""
     robot = build_robot(setup)
-    skin = load_skin(_skin_file(setup.skin, robot), robot)
+    skin = choose_skin(setup, robot)
     kind, _, rest = setup.sensors.partition(":")
     if kind == "simulated" and not rest:
         scene = load_scene(find_scene(setup.scene), setup.seed)
@@ -80,6 +80,11 @@ def build_robot(setup: Setup) -> Robot:
     if setup.robot.startswith(PREFIX):
         return load_urdf(find_description(setup.robot.removeprefix(PREFIX)), setup.choice)
     return load_robot(find_robot(setup.robot), setup.choice)
+
+
+def choose_skin(setup: Setup, robot: Robot) -> Skin:
+    """The layout that a setup names, or the robot's own."""
+    return load_skin(_skin_file(setup.skin, robot), robot)
 
 
 def _skin_file(name: str, robot: Robot) -> Path:
