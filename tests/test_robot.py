@@ -1,9 +1,11 @@
 """The robot folder, its kinematics and every Jacobian, against finite differences."""
 
 import shutil
+from io import BytesIO
 
 import numpy as np
 import pytest
+import trimesh
 
 from app.errors import RobotError
 from app.messages import JointState
@@ -127,6 +129,22 @@ def test_a_broken_robot_folder_is_named_in_one_line(copy, file, old, new, says):
     with pytest.raises(RobotError, match=says) as error:
         load_robot(copy)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["ur10e", "swan7"])
+def test_what_the_page_is_sent_keeps_the_files_normals_and_is_at_most_3_megabytes(name):
+    robot, total = load_robot(find_robot(name)), 0
+    for link in robot.links:
+        sent = robot.visual(link).export(file_type="glb")
+        total += len(sent)
+        made = trimesh.load_scene(robot.folder / f"meshes/visual/{link}.glb")
+        came = trimesh.load_scene(BytesIO(sent), file_type="glb")
+        left = list(came.geometry.values())
+        for m in made.geometry.values():
+            same = [s for s in left if np.array_equal(s.vertices, m.vertices)]
+            assert any(np.allclose(s.vertex_normals, m.vertex_normals, atol=1e-5) for s in same)
+        assert len(left) == len(made.geometry)
+    assert total <= 3_000_000
 
 
 def test_an_empty_mesh_file_is_named(copy):

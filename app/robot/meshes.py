@@ -109,7 +109,13 @@ class Description:
                 scene = scene.scaled(_metres(scene.units))
         except Exception as e:  # every format has its own parser and its own errors
             raise RobotError(f"{path}: not a readable mesh ({e}); export it again") from e
-        meshes = [m for m in scene.dump() if isinstance(m, trimesh.Trimesh) and len(m.faces)]
+        meshes = []
+        for node in scene.graph.nodes_geometry:
+            T, name = scene.graph[node]
+            shape = scene.geometry[name]
+            if isinstance(shape, trimesh.Trimesh) and len(shape.faces):
+                # with its cache: a file's own normals lie there, and Scene.dump drops them
+                meshes.append(shape.copy(include_cache=True).apply_transform(T))
         if not meshes:
             raise RobotError(f"{path}: has no faces; export it as a triangle mesh")
         return meshes
