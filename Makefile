@@ -5,12 +5,13 @@ VENV := .venv
 PY   := $(VENV)/bin/python
 RUN  := $(VENV)/.installed-run
 DEV  := $(VENV)/.installed-dev
+MODEL := $(VENV)/.installed-model
 ARGS ?=
 
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check slow peers hardware bench wheel clean browser
+.PHONY: help run test check slow peers hardware bench robot wheel clean browser
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F '\t' '{printf "  make %-10s%s\n", $$1, $$2}'
@@ -27,7 +28,7 @@ check: $(DEV) ## lint, types and imports only
 	$(VENV)/bin/mypy
 	$(VENV)/bin/lint-imports
 
-slow: $(DEV) browser ## the tests that take minutes
+slow: $(DEV) $(MODEL) browser ## the tests that take minutes
 	$(PY) -m pytest -m "slow and not peers and not hardware" $(ARGS)
 
 peers: $(DEV) ## the comparisons with other software
@@ -38,6 +39,12 @@ hardware: $(DEV) ## the tests that need a real skin or a real arm
 
 bench: $(RUN) ## measure this machine (flags: ARGS="--json")
 	@$(VENV)/bin/flinch bench $(ARGS)
+
+robot: $(MODEL) ## model the built-in robots anew and write their meshes
+	$(PY) robots/ur10e/model.py
+	$(PY) robots/ur10e/skin/covers.py
+	$(PY) robots/ur10e/tools/screwdriver.py
+	$(PY) robots/swan7/model.py
 
 wheel: $(DEV) ## build dist/flinch-*.whl, robots and scenes included
 	$(PY) -m build --wheel --no-isolation
@@ -67,6 +74,11 @@ $(DEV): pyproject.toml constraints.txt $(PY)
 	@echo "Installing Flinch and its tools into $(VENV) (a minute or two, only when the requirements change)"
 	@$(PIP_INSTALL) -e '.[dev]'
 	@touch $(RUN) $@
+
+$(MODEL): pyproject.toml constraints.txt $(PY)
+	@echo "Installing what the robots' modelling scripts need into $(VENV)"
+	@$(PIP_INSTALL) -e '.[model]'
+	@touch $@
 
 # The browser's tests skip without one, but fail where CI=true: tests/conftest.py.
 browser: $(DEV) ## find or install a Chromium for the tests that drive one

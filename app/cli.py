@@ -1,4 +1,4 @@
-"""The front door: `flinch run`, `flinch bench tick`. Wires rooms, decides nothing."""
+"""The front door: run, bench tick, doctor. Wires rooms, decides nothing."""
 
 import logging
 import os
@@ -15,8 +15,10 @@ import tyro
 
 from app.config import Params, load_params, tunables
 from app.errors import ConfigError, FlinchError
+from app.robot.meshes import Bodies
+from app.robot.tables import Choice
 from app.timing import WallClock
-from app.wiring import Setup, build_engine
+from app.wiring import Setup, build_engine, build_robot, choose_skin
 
 DEFAULT_PORT = 8080
 
@@ -36,11 +38,29 @@ ParamFlags = _flags_of_params()
 
 
 @dataclass(frozen=True)
-class Run:
-    """Run the arm: with its page in a browser, or headless for a number of seconds."""
+class WhichRobot:
+    """The flags that choose a robot; every command that takes one has the same."""
 
     robot: str = "ur10e"
-    """A robot's name, or the path of its folder."""
+    """A robot's name, the path of its folder, or robot_descriptions:NAME."""
+    urdf: str = ""
+    """A bare URDF file instead, with its own meshes; give it a --skin."""
+    tool: str = ""
+    """A tool of the robot, a tool's TOML file, a link of the URDF as tool frame, or 'none'."""
+    home_deg: tuple[float, ...] = ()
+    """Posture to begin in [degrees, mm for a sliding joint], one value a joint."""
+    bodies: Bodies = "collision"
+    """Meshes of the URDF that distances are measured to."""
+
+    def choice(self) -> Choice:
+        """What was chosen beside the robot itself."""
+        return Choice(self.tool, self.home_deg, self.bodies)
+
+
+@dataclass(frozen=True)
+class Run(WhichRobot):
+    """Run the arm: with its page in a browser, or headless for a number of seconds."""
+
     skin: str = ""
     """A sensor layout's name or path; default: the robot's own."""
     scene: str = "cell"
@@ -75,7 +95,10 @@ class Run:
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
-        setup = Setup(self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed)
+        setup = Setup(
+            self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
+            urdf=self.urdf, choice=self.choice(),
+        )  # fmt: skip
         if self.headless:
             from app.studies.headless import summary
 
@@ -113,12 +136,34 @@ class Bench:
         print(report.to_json() if self.json else report.to_text())
 
 
+@dataclass(frozen=True)
+class Doctor(WhichRobot):
+    """Examine a robot: inertias, limits, meshes, sensors, self-intersections, frames."""
+
+    robot: tyro.conf.Positional[str] = "ur10e"
+    """A robot's name, the path of its folder, or robot_descriptions:NAME."""
+    skin: str = ""
+    """A sensor layout's name or path; default: the robot's own, if it has one."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __call__(self) -> None:
+        from app.studies.doctor import examine, to_table
+
+        setup = Setup(self.robot, self.skin, urdf=self.urdf, choice=self.choice())
+        robot = build_robot(setup)
+        skin = choose_skin(setup, robot) if self.skin or robot.skin else None
+        report = examine(robot, skin)
+        print(report.to_json() if self.json else to_table(report))
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     app = tyro.extras.SubcommandApp()
     app.command(name="run")(Run)
     app.command(name="bench")(Bench)
+    app.command(name="doctor")(Doctor)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

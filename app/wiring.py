@@ -3,11 +3,14 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.assets import asset_folder
 from app.config import Params
 from app.errors import ConfigError, RobotError, SensorError
 from app.robot.arm import SimulatedArm
-from app.robot.model import Robot, find_robot, load_robot
+from app.robot.descriptions import PREFIX, find_description
+from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.skin import Skin, load_skin
+from app.robot.tables import AS_IT_IS, Choice
 from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import Replay, read_recording
@@ -29,6 +32,8 @@ class Setup:
     rate: float = 250.0
     seed: int = 0
     ideal: bool = False  # sensors without noise, bias and dropout
+    urdf: str = ""  # a bare URDF instead of a robot's folder
+    choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
@@ -37,8 +42,8 @@ class Setup:
 
 def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> Engine:
     """A ready engine, not yet started; raises a FlinchError before anything has begun."""
-    robot = load_robot(find_robot(setup.robot))
-    skin = load_skin(_skin_file(setup.skin, robot), robot)
+    robot = build_robot(setup)
+    skin = choose_skin(setup, robot)
     kind, _, rest = setup.sensors.partition(":")
     if kind == "simulated" and not rest:
         scene = load_scene(find_scene(setup.scene), setup.seed)
@@ -46,6 +51,8 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         errors = ErrorModel(ideal=setup.ideal)
         source: Source = SimulatedSkin(robot, skin, world, setup.seed, errors)
         home, goal, title = scene.home, scene.goal, scene.title
+        if setup.choice.home_deg or scene.robot not in ("", robot.name):
+            home = None  # a posture of another robot means nothing here; its own does
     elif kind == "replay" and rest:
         # recorded sensors see a recorded world; drawing a simulated one would mislead
         world, source = World(()), _replay(rest, skin)
@@ -57,7 +64,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     if home is not None and len(home) != robot.n:
         raise ConfigError(
             f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has {robot.n} "
-            "joints; choose a scene made for this robot"
+            "joints; choose a scene made for this robot, or give the posture with --home-deg"
         )
     arm = SimulatedArm(robot, home)
     return Engine(
@@ -66,17 +73,39 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     )  # fmt: skip
 
 
+def build_robot(setup: Setup) -> Robot:
+    """The robot that a setup names: a folder, a bare URDF, or a public description."""
+    if setup.urdf:
+        return load_urdf(Path(setup.urdf), setup.choice)
+    if setup.robot.startswith(PREFIX):
+        return load_urdf(find_description(setup.robot.removeprefix(PREFIX)), setup.choice)
+    return load_robot(find_robot(setup.robot), setup.choice)
+
+
+def choose_skin(setup: Setup, robot: Robot) -> Skin:
+    """The layout that a setup names, or the robot's own."""
+    return load_skin(_skin_file(setup.skin, robot), robot)
+
+
 def _skin_file(name: str, robot: Robot) -> Path:
     given = name or robot.skin
     if not given:
         raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
-    for path in (Path(given), robot.folder / given, robot.folder / "skin" / f"{given}.toml"):
+    inside = (robot.folder / given, robot.folder / "skin" / f"{given}.toml")
+    for path in (Path(given), *inside, *_of_another(given)):
         if path.is_file():
             return path
     known = ", ".join(sorted(p.stem for p in (robot.folder / "skin").glob("*.toml")))
     raise RobotError(
         f"skin {given!r} is neither a file nor a layout of {robot.name}; known: {known or 'none'}"
     )
+
+
+def _of_another(given: str) -> tuple[Path, ...]:
+    """A layout of another robot's folder, as NAME/LAYOUT."""
+    robot, _, layout = given.partition("/")
+    folder = asset_folder("robots") / robot / "skin"
+    return (folder / f"{layout}.toml",) if layout and folder.is_dir() else ()
 
 
 def _replay(what: str, skin: Skin) -> Replay:

@@ -1,9 +1,11 @@
 """The robot folder, its kinematics and every Jacobian, against finite differences."""
 
 import shutil
+from io import BytesIO
 
 import numpy as np
 import pytest
+import trimesh
 
 from app.errors import RobotError
 from app.messages import JointState
@@ -52,7 +54,16 @@ def test_the_tool_jacobian_agrees_with_finite_differences(robot):
 
 
 def test_joints_beyond_a_link_do_not_move_it(robot):
-    assert robot.supports.tolist() == np.tril(np.ones((7, 6)), -1).tolist()
+    cover = robot.link_index("skin_cover")
+    assert np.array_equal(robot.supports[cover], robot.supports[cover - 1])
+    seven = np.delete(robot.supports, cover, axis=0)
+    assert seven.tolist() == np.tril(np.ones((7, 6)), -1).tolist()
+
+
+def test_only_the_covers_are_welded_to_another_link(robot):
+    forearm, cover = robot.link_index("forearm_link"), robot.link_index("skin_cover")
+    apart = robot.welded & ~np.eye(len(robot.links), dtype=bool)
+    assert np.argwhere(apart).tolist() == [[forearm, cover], [cover, forearm]]
 
 
 def test_a_posture_is_read_only(robot):
@@ -118,6 +129,22 @@ def test_a_broken_robot_folder_is_named_in_one_line(copy, file, old, new, says):
     with pytest.raises(RobotError, match=says) as error:
         load_robot(copy)
     assert "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["ur10e", "swan7"])
+def test_what_the_page_is_sent_keeps_the_files_normals_and_is_at_most_3_megabytes(name):
+    robot, total = load_robot(find_robot(name)), 0
+    for link in robot.links:
+        sent = robot.visual(link).export(file_type="glb")
+        total += len(sent)
+        made = trimesh.load_scene(robot.folder / f"meshes/visual/{link}.glb")
+        came = trimesh.load_scene(BytesIO(sent), file_type="glb")
+        left = list(came.geometry.values())
+        for m in made.geometry.values():
+            same = [s for s in left if np.array_equal(s.vertices, m.vertices)]
+            assert any(np.allclose(s.vertex_normals, m.vertex_normals, atol=1e-5) for s in same)
+        assert len(left) == len(made.geometry)
+    assert total <= 3_000_000
 
 
 def test_an_empty_mesh_file_is_named(copy):

@@ -203,9 +203,9 @@ def test_a_goal_that_is_no_pose_is_refused(bench, bad):
 
 
 def test_the_controller_can_be_switched_while_running(bench, robot):
-    assert bench.run(0.3).pairs.distance.shape == (7,)
+    assert bench.run(0.3).pairs.distance.shape == (len(robot.links),)
     assert bench.run(0.1, SetParams({"mode": "sm"})).pairs.distance.shape == (30,)
-    assert bench.run(0.1, SetParams({"mode": "wb"})).pairs.distance.shape == (7,)
+    assert bench.run(0.1, SetParams({"mode": "wb"})).pairs.distance.shape == (len(robot.links),)
 
 
 def test_a_control_thread_that_dies_is_a_named_stop(bench, monkeypatch):

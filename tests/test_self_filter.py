@@ -94,7 +94,7 @@ def test_the_gap_equals_a_float64_ray_cast(robot, skin):
     for posture in postures(robot, 60, 11):
         depth = rng.uniform(0.1, 1.5, (skin.count, 64))
         gap = judge.judge(np.arange(skin.count), depth, posture, one_ray)[2]
-        for _ in range(12):
+        for _ in range(24):
             k, z = rng.integers(skin.count), rng.integers(64)
             T = posture.T_base_link[skin.link[k]]
             reach = T[:3, :3] @ skin.reach[64 * k + z]

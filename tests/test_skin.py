@@ -7,6 +7,9 @@ import pytest
 
 from app.errors import RobotError
 from app.robot.skin import Sensor, build_skin, load_skin, zone_directions
+from app.sensing.error_model import ErrorModel
+from app.sensing.simulated import SimulatedSkin
+from app.world.world import World
 
 
 def sensor(resolution=8, rotation_deg=0, mirrored=False):
@@ -53,13 +56,19 @@ def test_the_rings_look_outwards_from_60_mm(robot):
         assert np.allclose(R @ R.T, np.eye(3), atol=1e-9) and np.linalg.det(R) > 0
 
 
-def test_no_lens_is_inside_the_arm(robot):
+@pytest.mark.parametrize("layout", ["forearm-rings", "sparse-4x4"])
+def test_no_lens_is_inside_any_mesh_it_rides_on_and_no_ray_of_it_meets_one(robot, layout):
     import trimesh
 
-    skin = load_skin(robot.folder / robot.skin, robot)
-    for link in np.unique(skin.link):
-        body = trimesh.Trimesh(robot.bodies[link].vertices, robot.bodies[link].faces)
-        assert not body.contains(skin.origin[skin.link == link]).any()
+    skin = load_skin(robot.folder / f"skin/{layout}.toml", robot)
+    eye = SimulatedSkin(robot, skin, World(()), 0, ErrorModel(ideal=True))
+    posture = robot.posture(robot.home)
+    for k in range(skin.count):
+        own = np.flatnonzero(robot.welded[skin.link[k]])
+        for link in own:
+            body = trimesh.Trimesh(robot.bodies[link].vertices, robot.bodies[link].faces)
+            assert not body.contains(skin.origin[k : k + 1]).any()
+        assert not np.isin(eye.read(k, posture).label, own).any()
 
 
 def test_layouts_with_4x4_sensors_on_other_links_load(robot):

@@ -3,7 +3,8 @@
 A ray is cast from the lens through each zone. Where it meets the robot's body near the
 measured depth, the zone saw the robot; where the measurement lies well before the body, it
 saw something in between. The tree of each link is built once in the link's own frame and
-the rays are moved there; rays against the sensor's own link never change and are cast once.
+the rays are moved there. Rays against the sensor's own link and what is fixed to it, such as
+the cover around the sensor, never change and are cast once.
 
 Beyond the paper, and switchable back (`two_sided`, `footprint`):
 - A point well BEHIND the body cannot be an obstacle; it is a wrong pose or multipath.
@@ -18,7 +19,7 @@ from numpy.typing import NDArray
 
 from app.config import Params
 from app.messages import SLOTS, Array, Verdict
-from app.raycast import RigidMesh
+from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import CORNER_SHARE, FIELD_OF_VIEW, Skin, range_noise
@@ -33,6 +34,7 @@ class SelfFilter:
     def __init__(self, robot: Robot, skin: Skin) -> None:
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
         self._link = skin.link
+        self._welded = robot.welded
         self._origin, self._axis = skin.origin, skin.axis
         length = np.linalg.norm(skin.reach, axis=1, keepdims=True)
         rays = np.empty((skin.count, SLOTS, RAYS, 3))
@@ -44,6 +46,7 @@ class SelfFilter:
         self._cosine = np.einsum("kzrc,kc->kzr", rays, skin.axis).astype(np.float32)
         self._own_near: float | None = None
         self._own = np.empty(0, dtype=np.float32)
+        self._own_link = np.empty(0, dtype=np.int16)
 
     def judge(
         self, sensors: NDArray[np.intp], depth: Array, posture: Posture, params: Params
@@ -76,16 +79,17 @@ class SelfFilter:
     ) -> tuple[Array, NDArray[np.int16]]:
         """Depth (m, 64, rays) of the first body along each ray, and its link."""
         if self._own_near != near:
-            self._own, self._own_near = self._own_hits(near), near
+            self._own, self._own_link = self._own_hits(near)
+            self._own_near = near
         t = self._own[sensors][:, :, :rays].copy()
-        link = np.where(np.isfinite(t), self._link[sensors][:, None, None], -1).astype(np.int16)
+        link = self._own_link[sensors][:, :, :rays].copy()
         for mount in np.unique(self._link[sensors]):
             on_mount = np.flatnonzero(self._link[sensors] == mount)
             chosen = sensors[on_mount]
             origin, axis = self._origin[chosen], self._axis[chosen]
             R_mount, p_mount = posture.T_base_link[mount, :3, :3], posture.T_base_link[mount, :3, 3]
             for i, mesh in enumerate(self._meshes):
-                if i == mount:
+                if self._welded[mount, i]:
                     continue
                 R_i = posture.T_base_link[i, :3, :3]
                 R = R_i.T @ R_mount  # mount -> link i
@@ -105,14 +109,18 @@ class SelfFilter:
                 link[rows] = np.where(nearer, np.int16(i), link[rows])
         return (t * self._cosine[sensors][:, :, :rays]).astype(np.float64), link
 
-    def _own_hits(self, near: float) -> NDArray[np.float32]:
-        """Ray lengths (K, 64, 5) to each sensor's own link."""
-        own = np.empty(self._rays.shape[:3], dtype=np.float32)
+    def _own_hits(self, near: float) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
+        """Ray lengths (K, 64, 5) to each sensor's own link and what is fixed to it, and which."""
+        own = np.full(self._rays.shape[:3], MISS)
+        link = np.full(own.shape, -1, dtype=np.int16)
         for k, mount in enumerate(self._link):
             d = self._rays[k].reshape(-1, 3)
             o = self._origin[k].astype(np.float32) + np.float32(near) * d
-            own[k] = self._meshes[mount].cast(o, d).reshape(SLOTS, RAYS) + np.float32(near)
-        return own
+            for i in np.flatnonzero(self._welded[mount]):
+                t = self._meshes[i].cast(o, d).reshape(SLOTS, RAYS) + np.float32(near)
+                link[k][t < own[k]] = i
+                own[k] = np.minimum(own[k], t)
+        return own, link
 
 
 def _in_cone(offset: Array, axis: Array, radius: float) -> NDArray[np.bool_]:

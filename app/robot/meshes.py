@@ -1,13 +1,15 @@
 """Meshes of a URDF, in link frames, read through yourdfpy and trimesh.
 
-Bodies (`collision` entries) are what distances are measured to and rays are cast against;
-visuals are what the page shows. Paths may be relative to the URDF or `package://`.
+Bodies (`collision` entries, or `visual` ones where asked for) are what distances are measured
+to and rays are cast against; visuals are what the page shows. Paths may be relative to the URDF
+or `package://`. Every mesh of a link in use must be there: no arm runs with a link that nobody
+can see or keep clear of.
 """
 
 from dataclasses import dataclass, field
+from io import BytesIO
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
+from typing import Any, Literal
 
 import numpy as np
 import trimesh
@@ -16,6 +18,8 @@ from numpy.typing import NDArray
 
 from app.errors import RobotError, options
 from app.messages import Array, freeze
+
+Bodies = Literal["collision", "visual"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -28,24 +32,33 @@ class BodyMesh:
 
 @dataclass(frozen=True, eq=False)
 class Description:
-    """The URDF's links and where their meshes are."""
+    """The URDF's links and where their meshes are; `bodies` says what distances are measured to."""
 
     path: Path
     links: dict[str, Any] = field(repr=False)
+    bodies: Bodies = "collision"
 
     @property
     def body_links(self) -> tuple[str, ...]:
-        """Links that have a collision entry, in the URDF's order."""
-        return tuple(name for name, link in self.links.items() if link.collisions)
+        """Links that have a shape, in the URDF's order."""
+        shapes = {name: link.collisions or link.visuals for name, link in self.links.items()}
+        return tuple(name for name, shape in shapes.items() if shape)
 
     def body(self, link: str) -> BodyMesh:
         """All collision shapes of a link as one surface; a link without one is refused."""
-        entries = self._link(link).collisions
+        entry = self._link(link)
+        entries = entry.collisions
+        if self.bodies == "visual":
+            entries = entry.visuals or entry.collisions
         if not entries:
             raise RobotError(
                 f"{self.path}: link {link!r} has no collision mesh, so nothing can be kept clear "
-                "of it; add one or leave the link out of `links` in robot.toml"
+                "of it; add one, measure to the visual meshes with --bodies visual, or leave the "
+                "link out of `links` in robot.toml"
             )
+        for e in (*entry.visuals, *entry.collisions):
+            if e.geometry.mesh is not None:
+                self._file(e.geometry.mesh.filename, link)
         parts = [m for e in entries for m in self._meshes(e, link)]
         mesh: Any = trimesh.util.concatenate(parts)
         return BodyMesh(
@@ -89,20 +102,32 @@ class Description:
         return meshes
 
     def _load(self, filename: str, link: str) -> list[trimesh.Trimesh]:
+        path = self._file(filename, link)
+        try:
+            scene = trimesh.load_scene(path)
+            if path.suffix.lower() == ".dae":
+                scene = scene.scaled(_metres(scene.units))
+        except Exception as e:  # every format has its own parser and its own errors
+            raise RobotError(f"{path}: not a readable mesh ({e}); export it again") from e
+        meshes = []
+        for node in scene.graph.nodes_geometry:
+            T, name = scene.graph[node]
+            shape = scene.geometry[name]
+            if isinstance(shape, trimesh.Trimesh) and len(shape.faces):
+                # with its cache: a file's own normals lie there, and Scene.dump drops them
+                meshes.append(shape.copy(include_cache=True).apply_transform(T))
+        if not meshes:
+            raise RobotError(f"{path}: has no faces; export it as a triangle mesh")
+        return meshes
+
+    def _file(self, filename: str, link: str) -> Path:
         path = self._resolve(filename)
         if path is None:
             raise RobotError(
                 f"{self.path}: mesh {filename!r} of link {link!r} is missing; put the file there "
                 "or mend the path"
             )
-        try:
-            scene = trimesh.load_scene(path)
-        except Exception as e:  # every format has its own parser and its own errors
-            raise RobotError(f"{path}: not a readable mesh ({e}); export it again") from e
-        meshes = [m for m in scene.dump() if isinstance(m, trimesh.Trimesh) and len(m.faces)]
-        if not meshes:
-            raise RobotError(f"{path}: has no faces; export it as a triangle mesh")
-        return meshes
+        return path
 
     def _resolve(self, filename: str) -> Path | None:
         """Relative and file:// paths beside the URDF; package://NAME/rest in a parent folder."""
@@ -114,19 +139,25 @@ class Description:
             package, _, rest = name.removeprefix("package://").partition("/")
             parents = [folder, *folder.resolve().parents]
             candidates = [p / rest for p in parents if p.name == package]
-            candidates += [p / package / rest for p in parents] + [folder / rest]
+            candidates += [p / package / rest for p in parents] + [p / rest for p in parents]
         return next((c for c in candidates if c.is_file()), None)
 
 
-def read_description(urdf: Path) -> Description:
-    """Parse a URDF file; raises `RobotError` when it is not one."""
+def describe(xml: str, urdf: Path, bodies: Bodies = "collision") -> Description:
+    """The links of a URDF's text; `urdf` is where its relative paths begin."""
     try:
-        ElementTree.parse(urdf)  # yourdfpy would guess around broken XML, pinocchio would not
+        file = BytesIO(xml.encode())
         robot = yourdfpy.URDF.load(
-            str(urdf), build_scene_graph=False, load_meshes=False, mesh_dir=str(urdf.parent)
+            file, build_scene_graph=False, load_meshes=False, mesh_dir=str(urdf.parent)
         ).robot
     except Exception as e:  # lxml and yourdfpy raise many kinds
         raise RobotError(
             f"{urdf}: not a readable URDF ({' '.join(str(e).split())}); mend it"
         ) from e
-    return Description(urdf, {link.name: link for link in robot.links})
+    return Description(urdf, {link.name: link for link in robot.links}, bodies)
+
+
+def _metres(units: str | None) -> float:
+    """A COLLADA file tells its unit, "meters" or "0.001 * meters"; other formats tell none."""
+    share, _, unit = (units or "meters").rpartition("*")
+    return float(share) if share and unit.strip() == "meters" else 1.0

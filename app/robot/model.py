@@ -1,40 +1,43 @@
-"""A robot folder: description, limits, bodies and what it is called.
+"""A robot: description, limits, bodies and what it is called; from a folder or a bare URDF.
 
-`robot.toml` names the URDF and the facts that a URDF cannot hold. Kinematics come from
-pinocchio, meshes from the URDF's `visual` and `collision` entries. The base frame is the
-URDF's root link. A missing mesh is an error: no arm runs with a link that nobody can see or
-keep clear of.
+`robot.toml` names the URDF and the facts that a URDF cannot hold; a bare URDF gets defaults.
+Kinematics come from pinocchio, meshes from the URDF's `visual` and `collision` entries. The
+base frame is the URDF's root link. A missing mesh is an error.
 """
 
 from dataclasses import dataclass
-from math import radians
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
+from xml.etree.ElementTree import Element
 
 import numpy as np
 import pinocchio as pin
-from msgspec import Meta
+from numpy.typing import NDArray
 
 from app.assets import asset_folder, find_asset
 from app.errors import RobotError, options
 from app.messages import Array, freeze
 from app.raycast import RigidMesh
-from app.robot.meshes import BodyMesh, Description, read_description
+from app.robot.kinematics import (
+    build_model,
+    check_home,
+    check_joint_values,
+    frame_index,
+    from_table,
+    joint_names,
+    slides,
+    support,
+    welded,
+)
+from app.robot.meshes import BodyMesh, Description, describe
 from app.robot.posture import Posture
-from app.toml import Table, read_toml
+from app.robot.tables import AS_IT_IS, Choice, RobotTable, ToolTable
+from app.robot.tool import find_tool, mount, read_tool, tool_names
+from app.robot.urdf import last_link, link_names, read_urdf, to_text
+from app.toml import read_toml
 
-
-class RobotTable(Table, frozen=True):
-    """`robot.toml`. Angles in degrees here, radians everywhere else."""
-
-    name: Annotated[str, Meta(min_length=1)]
-    title: str
-    urdf: str
-    tool_frame: str
-    home_deg: list[float]
-    acceleration_limit: list[Annotated[float, Meta(gt=0)]]  # [rad/s^2] or [m/s^2]
-    skin: str | None = None  # layout used when none is asked for
-    links: list[str] | None = None  # body links; default: every link with a collision mesh
+ACCELERATION = 6.0  # [rad/s^2] of a bare URDF's turning joints, which give none
+SLIDING = 2.0  # [m/s^2] of its sliding ones
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -58,6 +61,7 @@ class Robot:
     description: Description
     supports: Array  # (L, n)
     tool_support: Array  # (n,)
+    welded: NDArray[np.bool_]  # (L, L) do two body links move as one?
     _model: Any
     _frames: tuple[int, ...]
     _tool: int
@@ -104,7 +108,7 @@ def find_robot(name: str) -> Path:
     return find_asset(name, asset_folder("robots"), "", RobotError)
 
 
-def load_robot(folder: Path) -> Robot:
+def load_robot(folder: Path, choice: Choice = AS_IT_IS) -> Robot:
     """Read a robot folder; raises `RobotError` naming the file and what to mend."""
     file = folder / "robot.toml"
     if not file.is_file():
@@ -113,80 +117,108 @@ def load_robot(folder: Path) -> Robot:
     urdf = folder / table.urdf
     if not urdf.is_file():
         raise RobotError(f"{file}: urdf = {table.urdf!r} does not exist; name the URDF file here")
-    description = read_description(urdf)
-    model = _kinematics(urdf)
-    joints = tuple(str(n) for n in model.names)[1:]
-    links = tuple(table.links) if table.links else description.body_links
+    return _assemble(read_urdf(urdf), urdf, table, file, choice)
+
+
+def load_urdf(urdf: Path, choice: Choice = AS_IT_IS) -> Robot:
+    """A bare URDF with its own meshes, and defaults for what it cannot say.
+
+    Tool frame: the last link of the longest chain. Home: the middle of each joint's limits,
+    those of turning joints first narrowed to half a turn either way. Acceleration limits:
+    `ACCELERATION` and `SLIDING`. Body links: every link with a shape. Skin: none.
+    """
+    root = read_urdf(urdf)
+    name = root.get("name") or urdf.stem
+    return _assemble(root, urdf, None, urdf, choice, name)
+
+
+def _assemble(
+    root: Element,
+    urdf: Path,
+    table: RobotTable | None,
+    where: Path,
+    choice: Choice,
+    name: str = "",
+) -> Robot:
+    folder = where.parent
+    flange = table.tool_frame if table else last_link(root)
+    tool, tool_frame = _mounted(root, table, folder, flange, choice.tool)
+    xml = to_text(root)
+    description = describe(xml, urdf, choice.bodies)
+    model = build_model(xml, urdf)
+    links = tuple(table.links) if table and table.links else description.body_links
+    if tool and tool not in links:
+        links += (tool,)
+    if not links:
+        raise RobotError(f"{urdf}: no link has a shape, so nothing can be kept clear of the arm")
+    if table:
+        check_joint_values(table.acceleration_limit, "acceleration_limit", model, where)
+        qdd_max = np.array(table.acceleration_limit)
+    else:
+        qdd_max = np.where(slides(model), SLIDING, ACCELERATION)
+    if choice.home_deg or table:
+        values = list(choice.home_deg) or (table.home_deg if table else [])
+        check_joint_values(values, "home_deg", model, where)
+        home = from_table(values, model)
+    else:
+        home = _middle(model)
+    check_home(home, model, where)
     bodies = tuple(description.body(link) for link in links)
-    frames = tuple(_frame(model, link, file) for link in links)
-    tool = _frame(model, table.tool_frame, file)
-    supports = np.array([_support(model, f) for f in frames])
-    home = np.array([radians(v) for v in table.home_deg])
-    for key, values in (("home_deg", home), ("acceleration_limit", table.acceleration_limit)):
-        if len(values) != len(joints):
-            raise RobotError(
-                f"{file}: {key} has {len(values)} values, the arm has {len(joints)} joints "
-                f"({', '.join(joints)}); give one a joint"
-            )
-    q_min, q_max = model.lowerPositionLimit.copy(), model.upperPositionLimit.copy()
-    outside = [j for j, h, a, b in zip(joints, home, q_min, q_max, strict=True) if not a <= h <= b]
-    if outside:
-        raise RobotError(f"{file}: home_deg is outside the limits of {outside[0]}; move it inside")
+    frames = tuple(frame_index(model, link, where) for link in links)
+    tip = frame_index(model, tool_frame, where)
     return Robot(
-        name=table.name,
-        title=table.title,
+        name=table.name if table else name,
+        title=table.title if table else name,
         folder=folder,
         links=links,
-        joints=joints,
-        tool_frame=table.tool_frame,
-        skin=table.skin,
+        joints=joint_names(model),
+        tool_frame=tool_frame,
+        skin=table.skin if table else None,
         home=freeze(home),
-        q_min=freeze(q_min),
-        q_max=freeze(q_max),
+        q_min=freeze(model.lowerPositionLimit.copy()),
+        q_max=freeze(model.upperPositionLimit.copy()),
         qd_max=freeze(model.velocityLimit.copy()),
-        qdd_max=freeze(np.array(table.acceleration_limit)),
+        qdd_max=freeze(qdd_max),
         bodies=bodies,
         rigid=tuple(RigidMesh(b.vertices, b.faces) for b in bodies),
         description=description,
-        supports=freeze(supports),
-        tool_support=freeze(_support(model, tool)),
+        supports=freeze(np.array([support(model, f) for f in frames])),
+        tool_support=freeze(support(model, tip)),
+        welded=freeze(welded(model, frames)),
         _model=model,
         _frames=frames,
-        _tool=tool,
+        _tool=tip,
         _data=model.createData(),
     )
 
 
-def _kinematics(urdf: Path) -> Any:
-    try:
-        model = pin.buildModelFromUrdf(str(urdf))
-    except (ValueError, RuntimeError) as e:
-        raise RobotError(f"{urdf}: pinocchio cannot build it ({_one_line(e)}); mend it") from e
-    for name, joint in zip(list(model.names)[1:], list(model.joints)[1:], strict=True):
-        if joint.nq != 1 or joint.nv != 1:
-            raise RobotError(
-                f"{urdf}: joint {name!r} has {joint.nv} degrees of freedom or no limits; "
-                "use revolute or prismatic joints with limits"
-            )
-    if model.nv == 0:
-        raise RobotError(f"{urdf}: has no moving joint; give an arm")
-    return model
+def _mounted(
+    root: Element, table: RobotTable | None, folder: Path, flange: str, wanted: str
+) -> tuple[str, str]:
+    """Bolt the wanted tool on; the name of its link ("" without one) and the tool frame."""
+    if wanted == "none":
+        return "", flange
+    default = table.tool if table else None
+    if not wanted and isinstance(default, ToolTable):
+        return default.name, mount(root, default, folder, flange)
+    wanted = wanted or (default if isinstance(default, str) else "")
+    if not wanted:
+        return "", flange
+    file = find_tool(wanted, folder)
+    if file is not None:
+        tool = read_tool(file)
+        return tool.name, mount(root, tool, file.parent, flange)
+    links = link_names(root)
+    if wanted in links:
+        return "", wanted
+    known = ["none", *tool_names(folder), *links]
+    raise RobotError(f"tool {wanted!r} is no tool and no link; {options(wanted, known)}")
 
 
-def _frame(model: Any, name: str, file: Path) -> int:
-    if not model.existFrame(name, pin.FrameType.BODY):
-        known = [f.name for f in model.frames if f.type == pin.FrameType.BODY]
-        raise RobotError(f"{file}: no link {name!r} in the URDF; {options(name, known)}")
-    return int(model.getFrameId(name, pin.FrameType.BODY))
-
-
-def _support(model: Any, frame: int) -> Array:
-    """(n,) 1.0 for the joints between the base and the frame."""
-    mask = np.zeros(model.nv)
-    for j in list(model.supports[model.frames[frame].parentJoint])[1:]:
-        mask[model.joints[j].idx_v] = 1.0
-    return mask
-
-
-def _one_line(error: Exception) -> str:
-    return " ".join(str(error).split())[:200]
+def _middle(model: Any) -> Array:
+    """(n,) the middle of the limits, turning joints within half a turn of zero where they can."""
+    low, high = model.lowerPositionLimit, model.upperPositionLimit
+    near_low, near_high = np.maximum(low, -np.pi), np.minimum(high, np.pi)
+    narrowed = ~slides(model) & (near_low < near_high)
+    low, high = np.where(narrowed, near_low, low), np.where(narrowed, near_high, high)
+    return np.asarray((low + high) / 2.0)

@@ -61,12 +61,33 @@ class SensorTable(Mounting, frozen=True, kw_only=True):
     up: Vector  # direction of the image's upper edge, need not be exactly orthogonal
 
 
+class CoverTable(Table, frozen=True, kw_only=True):
+    """`[cover]`: the printed cover round each ring, for the script that models it.
+
+    inner_radius_m:    of its bore, the tube's radius and some play.
+    foot_radius_m, foot_half_width_m: of its slope's end on the tube.
+    land_half_width_m: of its flat rim, in which the windows are.
+    rim_m:             how far the rim stands out beyond the lenses.
+    floor_m:           how far a window's floor lies below its lens.
+    window_half_m:     half sizes of that floor, round the tube and along it.
+    """
+
+    inner_radius_m: Positive
+    foot_radius_m: Positive
+    foot_half_width_m: Positive
+    land_half_width_m: Positive
+    rim_m: Positive
+    floor_m: Positive
+    window_half_m: tuple[Positive, Positive]
+
+
 class SkinTable(Table, frozen=True):
     """A layout file."""
 
     title: str
     ring: tuple[RingTable, ...] = ()
     sensor: tuple[SensorTable, ...] = ()
+    cover: CoverTable | None = None
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -54,7 +54,7 @@ class SimulatedSkin:
         self._latency = latency
         self._random = np.random.default_rng(seed)
         self._rays = [_sub_rays(skin, k) for k in range(skin.count)]
-        self._own = [self._own_link(k) for k in range(skin.count)]
+        self._own = [self._own_hits(k) for k in range(skin.count)]
         self._range = [self._errors.range_90(s.resolution) for s in skin.sensors]
         bias = self._random.normal(0.0, self._errors.zone_bias, (skin.count, SLOTS))
         self._bias = np.clip(bias, -0.04, 0.04)
@@ -94,11 +94,11 @@ class SimulatedSkin:
         origins = np.broadcast_to(origin, directions.shape)
         hit = self._world.cast(origins, directions, (origin, axis, float(CONE), FAR))
         label = np.where(np.isfinite(hit), -1, -2).astype(np.int16)
-        own = self._own[k]
-        label[own < hit] = link
+        own, own_label = self._own[k]
+        label = np.where(own < hit, own_label, label)
         hit = np.minimum(hit, own)
         for i, mesh in enumerate(self._robot.rigid):
-            if i == link:
+            if self._robot.welded[link, i]:
                 continue
             T_body_link = _relative(posture.T_base_link[i], T)
             at = T_body_link[:3, :3] @ self._skin.origin[k] + T_body_link[:3, 3]
@@ -144,11 +144,16 @@ class SimulatedSkin:
             targets=freeze(seen.astype(np.uint8)),
         )
 
-    def _own_link(self, k: int) -> NDArray[np.float32]:
-        """Hits on the sensor's own link never change; cast once."""
+    def _own_hits(self, k: int) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
+        """Hits on the sensor's own link and what is fixed to it never change; cast once."""
         rays = np.ascontiguousarray(self._rays[k], dtype=np.float32)
         origins = np.tile(self._skin.origin[k].astype(np.float32), (len(rays), 1))
-        return self._robot.rigid[self._skin.link[k]].cast(origins, rays)
+        hit, label = np.full(len(rays), MISS), np.full(len(rays), -1, dtype=np.int16)
+        for i in np.flatnonzero(self._robot.welded[self._skin.link[k]]):
+            t = self._robot.rigid[i].cast(origins, rays)
+            label[t < hit] = i
+            hit = np.minimum(hit, t)
+        return hit, label
 
 
 def _sub_rays(skin: Skin, k: int) -> Array:

@@ -34,7 +34,7 @@ class TrueDistance:
     """
 
     def __init__(self, bodies: Sequence[tuple[Array, NDArray[np.int64]]]) -> None:
-        self._links = [_surface(vertices, faces) for vertices, faces in bodies]
+        self._links = [surface(vertices, faces) for vertices, faces in bodies]
         self._solids: dict[Shape, Hull] = {}  # each shape is prepared when first met
         self._request = coal.DistanceRequest()
         self._request.enable_signed_distance = True
@@ -97,7 +97,7 @@ class TrueDistance:
 def _solid(shape: Shape) -> Hull:
     """A world's shape; a primitive bounds itself, since it is as quick as a box."""
     if shape.kind == "mesh":
-        return _surface(shape.vertices, shape.faces)
+        return surface(shape.vertices, shape.faces)
     makers = {
         "box": coal.Box,
         "panel": coal.Box,
@@ -109,7 +109,16 @@ def _solid(shape: Shape) -> Hull:
     return Hull(solid, solid, np.zeros(3))
 
 
-def _surface(vertices: Array, faces: NDArray[np.int64]) -> Hull:
+def distance_between(a: Hull, T_base_a: Array, b: Hull, T_base_b: Array) -> float:
+    """Distance [m] of two posed geometries; zero or less where they touch."""
+    request = coal.DistanceRequest()
+    request.enable_signed_distance = True
+    at_a, at_b = _at(T_base_a), _at(T_base_b)
+    return float(coal.distance(a.exact, at_a, b.exact, at_b, request, coal.DistanceResult()))
+
+
+def surface(vertices: Array, faces: NDArray[np.int64]) -> Hull:
+    """A mesh ready to be measured."""
     model = coal.BVHModelOBBRSS()
     model.beginModel(len(faces), len(vertices))
     model.addVertices(np.asarray(vertices, dtype=np.float64))

@@ -40,6 +40,8 @@ class Scene:
 
     goal:    where the tool should go at first, None = stay at home.
     home:    (n,) [rad] posture to begin in, None = the robot's own.
+    robot:   name of the robot that `home` is a posture of; another one begins in its own.
+             Empty: of whichever robot comes.
     presets: shape tables by name, which the page offers as new obstacles.
     """
 
@@ -50,6 +52,7 @@ class Scene:
     goal: Goal | None
     home: Array | None
     presets: Mapping[str, Mapping[str, Any]]
+    robot: str = ""
 
 
 def find_scene(name_or_path: str) -> Path:
@@ -64,7 +67,7 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
     """
     table = read_toml(path, dict, WorldError)
     where, folder = path.name, path.parent
-    known = ["body", "person", "crop", "goal", "home_deg", "preset"]
+    known = ["body", "person", "crop", "goal", "home_deg", "robot", "preset"]
     expect_keys(table, where, ["title"], known)
 
     read = [read_body(entry, folder, here) for entry, here in entries(table, "body", where)]
@@ -89,4 +92,5 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
         goal=goal,
         home=read_angles(table, "home_deg", where),
         presets=presets or PRESETS,
+        robot=typed(table, "robot", where, str, ""),
     )

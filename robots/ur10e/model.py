@@ -1,7 +1,6 @@
 """The UR10e's shape: seven links from named dimensions, written as visual and body meshes.
 
-    pip install numpy scikit-image manifold3d trimesh
-    python robots/ur10e/model.py
+    make robot
 
 The arm is a few ideas repeated: a joint housing is two crossing cylinders of one radius with a
 rolling-ball fillet, closed by a tilted cap; housings are joined by turned tubes and dark rings.
@@ -622,13 +621,14 @@ LINKS = (
 )
 
 
-def main() -> None:
+def main(meshes: Path = HERE / "meshes") -> None:
+    """Write every link's meshes into the folders `visual` and `body` of `meshes`."""
     for folder in ("visual", "body"):
-        (HERE / "meshes" / folder).mkdir(parents=True, exist_ok=True)
+        (meshes / folder).mkdir(parents=True, exist_ok=True)
     for link in LINKS:
         name = link.__name__
-        size = write_visual(link(VISUAL), HERE / "meshes/visual" / f"{name}.glb")
-        faces = write_body(link(BODY), HERE / "meshes/body" / f"{name}.stl")
+        size = write_visual(link(VISUAL), meshes / "visual" / f"{name}.glb")
+        faces = write_body(link(BODY), meshes / "body" / f"{name}.stl")
         print(f"{name:20} visual {size / 1024:6.0f} KiB   body {faces:5} faces")
 
 
