@@ -73,11 +73,13 @@ class CropBox:
     """A box around a known, static part of the cell: points inside it are not obstacles.
 
     T_base_box: (4, 4) pose of the box's centre.   size: (3,) full edge lengths [m].
+    plane:      instead of a box, all that lies below its x-y plane; `size` is to draw it.
     """
 
     name: str
     T_base_box: Array
     size: Array
+    plane: bool = False
 
 
 # --- perception ---------------------------------------------------------------------------

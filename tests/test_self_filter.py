@@ -94,7 +94,7 @@ def test_the_gap_equals_a_float64_ray_cast(robot, skin):
     for posture in postures(robot, 60, 11):
         depth = rng.uniform(0.1, 1.5, (skin.count, 64))
         gap = judge.judge(np.arange(skin.count), depth, posture, one_ray)[2]
-        for _ in range(12):
+        for _ in range(30):
             k, z = rng.integers(skin.count), rng.integers(64)
             T = posture.T_base_link[skin.link[k]]
             reach = T[:3, :3] @ skin.reach[64 * k + z]
@@ -235,3 +235,33 @@ def test_health_names_what_a_sensor_does():
     assert SensorHealth(health.states(3.0, 0.2)[0]) is SensorHealth.STALE
     assert health.silent(19 / 15 + 0.6, 0.5, 0.0) == 3
     assert health.heard
+
+
+def test_a_link_with_a_calibrated_threshold_uses_it(robot, skin, facing):
+    posture, k, z, depth = facing
+    eps = np.full(len(robot.links), np.nan)
+    eps[robot.link_index("upper_arm_link")] = 0.004
+    calibrated = replace(robot, eps=eps)
+    tight = replace(P, eps_min=0.005, eps_sigmas=1.0, footprint=False)
+    before = np.full((1, 64), depth - 0.018)
+    verdict = {
+        name: SelfFilter(r, skin).judge(np.array([k]), before, posture, tight)[0][0, z]
+        for name, r in (("general", robot), ("calibrated", calibrated))
+    }
+    assert verdict == {"general": Verdict.SELF, "calibrated": Verdict.KEPT}
+
+
+def test_culled_rays_change_no_verdict(robot, skin):
+    """Sensors judged alone and together, and boxes that hold everything, agree."""
+    judge, blunt = SelfFilter(robot, skin), SelfFilter(robot, skin)
+    blunt._low, blunt._high = blunt._low - 100.0, blunt._high + 100.0
+    blunt._radius = blunt._radius + 100.0
+    rng = np.random.default_rng(12)
+    everyone = np.arange(skin.count)
+    for posture in postures(robot, 20, 13):
+        depth = rng.uniform(0.05, 1.5, (skin.count, 64))
+        together = judge.judge(everyone, depth, posture, P)
+        for ours, theirs in zip(together, blunt.judge(everyone, depth, posture, P), strict=True):
+            assert np.array_equal(ours, theirs)
+        alone = judge.judge(everyone[7:8], depth[7:8], posture, P)
+        assert all(np.array_equal(a[0], t[7]) for a, t in zip(alone, together, strict=True))

@@ -35,6 +35,7 @@ class RobotTable(Table, frozen=True):
     acceleration_limit: list[Annotated[float, Meta(gt=0)]]  # [rad/s^2] or [m/s^2]
     skin: str | None = None  # layout used when none is asked for
     links: list[str] | None = None  # body links; default: every link with a collision mesh
+    eps_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None  # by link, from calibration
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -62,6 +63,7 @@ class Robot:
     _frames: tuple[int, ...]
     _tool: int
     _data: Any  # pinocchio's scratch space; results are copied out before the next call
+    eps: Array  # (L,) [m] the self filter's own threshold of each link, NaN: the setting's
 
     @property
     def n(self) -> int:
@@ -154,6 +156,7 @@ def load_robot(folder: Path) -> Robot:
         _frames=frames,
         _tool=tool,
         _data=model.createData(),
+        eps=freeze(_thresholds(table.eps_m or {}, links, file)),
     )
 
 
@@ -178,6 +181,13 @@ def _frame(model: Any, name: str, file: Path) -> int:
         known = [f.name for f in model.frames if f.type == pin.FrameType.BODY]
         raise RobotError(f"{file}: no link {name!r} in the URDF; {options(name, known)}")
     return int(model.getFrameId(name, pin.FrameType.BODY))
+
+
+def _thresholds(eps: dict[str, float], links: tuple[str, ...], file: Path) -> Array:
+    for name in eps:
+        if name not in links:
+            raise RobotError(f"{file}: eps_m: no body link {name!r}; {options(name, links)}")
+    return np.array([eps.get(link, np.nan) for link in links])
 
 
 def _support(model: Any, frame: int) -> Array:
