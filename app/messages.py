@@ -240,6 +240,7 @@ class Snapshot:
     health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
+    jump:        [m] how far the acted-on control point moved since the last tick.
     """
 
     tick: int
@@ -259,6 +260,7 @@ class Snapshot:
     world: tuple[BodyPose, ...]
     timing: Timing
     notice: str = ""
+    jump: float = 0.0
 
 
 # --- the way back in ----------------------------------------------------------------------
