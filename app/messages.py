@@ -57,6 +57,9 @@ class SensorHealth(IntEnum):
     GOOD = 2  # speaks, and most zones are usable or honestly empty
     POOR = 3  # speaks, but more than half of its zones have a bad status
     STALE = 4  # has spoken, but not within the allowed age
+    FROZEN = 5  # speaks, but repeats the same values over and over
+    SATURATED = 6  # most of its zones see something right at the lens: covered or dirty
+    SLOW = 7  # speaks at less than half of the rate it should
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -97,6 +100,7 @@ class Verdict(IntEnum):
     OUT_OF_RANGE = 6  # nearer or farther than the accepted range
     STALE = 7  # the frame is older than the allowed age
     EMPTY = 8  # no frame has come yet, or the slot has no zone
+    GHOST = 9  # nearer than what was seen before, by one zone in one frame only: not yet believed
 
 
 @dataclass(frozen=True, eq=False, slots=True)

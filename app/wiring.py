@@ -29,6 +29,7 @@ class Setup:
     rate: float = 250.0
     seed: int = 0
     ideal: bool = False  # sensors without noise, bias and dropout
+    ghosts: float = 0.0  # share of zones and frames with a return from nothing
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
@@ -43,7 +44,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     if kind == "simulated" and not rest:
         scene = load_scene(find_scene(setup.scene), setup.seed)
         world = World(scene.bodies, scene.crops)
-        errors = ErrorModel(ideal=setup.ideal)
+        errors = ErrorModel(ideal=setup.ideal, ghosts=setup.ghosts)
         source: Source = SimulatedSkin(robot, skin, world, setup.seed, errors)
         home, goal, title = scene.home, scene.goal, scene.title
     elif kind == "replay" and rest:

@@ -13,13 +13,14 @@ from numpy.typing import NDArray
 from app.config import Params
 from app.messages import SLOTS, Cloud, CropBox, SensorFrame, Verdict, freeze
 from app.perception.beams import place
+from app.perception.ghosts import Ghosts
 from app.perception.self_filter import SelfFilter
 from app.perception.static_filter import StaticFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-VALID = (5, 9)  # target statuses that are trusted: valid, valid with a merged pulse (UM3109)
+VALID, MERGED = 5, 9  # target statuses: valid, valid with a merged pulse (UM3109)
 UNCONFIRMED = (6, 10)  # valid but with no previous target to compare with
 
 
@@ -31,6 +32,7 @@ class SkinCloud:
         self._mount = skin.link.astype(np.int64)
         self._self_filter = SelfFilter(robot, skin)
         self._static_filter = StaticFilter(crops)
+        self._ghosts = Ghosts(skin)
         self.reset()
 
     def reset(self) -> None:
@@ -42,6 +44,7 @@ class SkinCloud:
         self._gap = np.full(S, np.inf)
         self._eps = np.full(S, np.nan)
         self._stamp = np.full(K, -np.inf)
+        self._ghosts.reset()
 
     def take(self, frames: Sequence[SensorFrame], posture: Posture, params: Params) -> None:
         """Judge `frames`, all measured at `posture`; of two of one sensor the later one stays.
@@ -63,12 +66,13 @@ class SkinCloud:
         skin = self._skin
         place(
             sensors, self._mount, skin.origin, skin.reach, skin.used, posture.T_base_link,
-            depth, status, targets, _trusted(params.accept_unconfirmed),
+            depth, status, targets, _trusted(params.accept_merged, params.accept_unconfirmed),
             params.range_min, params.range_max, verdict, points,
         )  # fmt: skip
         flat = points.reshape(-1, 3)
         known = self._static_filter.inside(flat).reshape(verdict.shape)
         verdict[known & (verdict == Verdict.KEPT)] = Verdict.STATIC
+        self._ghosts.doubt(sensors, depth, verdict, gap, params)
 
         self._points[slots] = flat
         self._verdict[slots] = verdict.ravel()
@@ -95,8 +99,10 @@ class SkinCloud:
 
 
 @cache
-def _trusted(unconfirmed: bool) -> NDArray[np.bool_]:
+def _trusted(merged: bool, unconfirmed: bool) -> NDArray[np.bool_]:
     """(256,) by target status: is it trusted?"""
     out = np.zeros(256, dtype=bool)
-    out[list(VALID + UNCONFIRMED if unconfirmed else VALID)] = True
+    out[VALID] = True
+    out[MERGED] = merged
+    out[list(UNCONFIRMED)] = unconfirmed
     return out
