@@ -54,10 +54,25 @@ def nearest_of_links(
         best_row = -1
         best_face = -1
         best_part = 0
+        # a sphere around the link's box, base frame, dismisses most points before they are moved
+        radius = 0.0
+        centre = np.empty(3)
+        for a in range(3):
+            p[a] = 0.5 * (low[node, a] + high[node, a])
+            radius += (high[node, a] - p[a]) ** 2
+        radius = np.sqrt(radius)
+        for a in range(3):
+            centre[a] = T[a, 0] * p[0] + T[a, 1] * p[1] + T[a, 2] * p[2] + T[a, 3]
         # the hinted row comes first, as row -1 of the loop, so that the rest is pruned
         for step in range(-1, 0 if hinted_only else len(points)):
             i = hint[link] if step < 0 else step
             if i < 0 or i >= len(points) or not use[i] or (step >= 0 and i == best_row):
+                continue
+            far = radius + max(best, 0.0)
+            x = points[i, 0] - centre[0]
+            y = points[i, 1] - centre[1]
+            z = points[i, 2] - centre[2]
+            if x * x + y * y + z * z > far * far:
                 continue
             x = points[i, 0] - T[0, 3]
             y = points[i, 1] - T[1, 3]
@@ -128,6 +143,14 @@ def nearest_of_origins(
                     best_row = i
         distance[k] = np.sqrt(best)
         row[k] = best_row
+
+
+@compiled
+def to_link(T: Array, point: Array, p: Array) -> None:
+    """Write a point of the base frame in the frame of a posed link into p."""
+    x, y, z = point[0] - T[0, 3], point[1] - T[1, 3], point[2] - T[2, 3]
+    for a in range(3):
+        p[a] = T[0, a] * x + T[1, a] * y + T[2, a] * z
 
 
 @compiled

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array
-from app.perception.search import box_distance2, compiled, nearest_face
+from app.perception.search import box_distance2, compiled, nearest_face, to_link
 
 VOXEL = 0.05  # [m] one candidate each
 TURN = float(np.cos(np.radians(25.0)))  # rows whose normals differ by more are kept both
@@ -65,7 +65,7 @@ def several_of_links(
         for i in range(len(points)):
             if not use[i]:
                 continue
-            _to_link(T, points[i], p)
+            to_link(T, points[i], p)
             bound = box_distance2(p, low, high, node)
             if not (bound < reach * reach) and i != first[link]:
                 continue
@@ -104,7 +104,7 @@ def several_of_links(
                 break
             if not exact[c]:
                 looks += 1
-                _to_link(T, points[which[c]], p)
+                to_link(T, points[which[c]], p)
                 bound = box_distance2(p, low, high, node)
                 limit = np.inf if bound == 0.0 or which[c] == first[link] else reach * reach
                 for j in range(known_feet):  # no farther than any foot that is known already
@@ -143,13 +143,6 @@ def several_of_links(
                 on_link[link, taken], outward[link, taken] = foot[c], out[c]
                 taken += 1
             key[c] = np.inf
-
-
-@compiled
-def _to_link(T: Array, point: Array, p: Array) -> None:
-    x, y, z = point[0] - T[0, 3], point[1] - T[1, 3], point[2] - T[2, 3]
-    for a in range(3):
-        p[a] = T[0, a] * x + T[1, a] * y + T[2, a] * z
 
 
 @compiled
