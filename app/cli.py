@@ -71,6 +71,8 @@ class Run(WhichRobot):
     """Ticks a second, 50 to 500."""
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
+    ghosts: float = 0.0
+    """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
     """Port of the page on 127.0.0.1; 0 takes a free one."""
     open: bool = True
@@ -88,6 +90,8 @@ class Run(WhichRobot):
     def __post_init__(self) -> None:
         if not 0.0 < self.seconds < 1e6:
             raise ConfigError(f"seconds = {self.seconds:g}; give a positive number")
+        if not 0.0 <= self.ghosts <= 0.1:
+            raise ConfigError(f"ghosts = {self.ghosts:g}; give a share from 0 to 0.1")
         if not 0 <= self.port < 65536:
             raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
 
@@ -98,6 +102,7 @@ class Run(WhichRobot):
         setup = Setup(
             self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
             urdf=self.urdf, choice=self.choice(),
+            ghosts=self.ghosts,
         )  # fmt: skip
         if self.headless:
             from app.studies.headless import summary

@@ -95,6 +95,26 @@ class Params:
         False, "", None, None, "perception",
         "also trust target statuses 6 and 10 (no previous target to compare with)",
     )  # fmt: skip
+    accept_merged: bool = tunable(
+        True, "", None, None, "perception",
+        "trust target status 9 (two surfaces merged into one pulse)",
+    )  # fmt: skip
+    ghost_filter: bool = tunable(
+        True, "", None, None, "perception",
+        "wait for a second frame or zone before a nearer point is believed",
+    )  # fmt: skip
+    ghost_near: float = tunable(
+        0.15, "m", 0.0, 0.5, "perception",
+        "points nearer than this to the lens or before the body are believed at once",
+    )  # fmt: skip
+    pair_hold: float = tunable(
+        0.01, "m", 0.0, 0.05, "perception",
+        "a link keeps its control point unless another is nearer by more than this",
+    )  # fmt: skip
+    many_pairs: bool = tunable(
+        False, "", None, None, "perception",
+        "up to four well-separated pairs a link instead of the closest one",
+    )  # fmt: skip
     silence: float = tunable(
         0.5, "s", 0.1, 2.0, "runtime", "the arm stops when no sensor has spoken for this long"
     )

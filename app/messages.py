@@ -57,6 +57,9 @@ class SensorHealth(IntEnum):
     GOOD = 2  # speaks, and most zones are usable or honestly empty
     POOR = 3  # speaks, but more than half of its zones have a bad status
     STALE = 4  # has spoken, but not within the allowed age
+    FROZEN = 5  # speaks, but repeats the same values over and over
+    SATURATED = 6  # most of its zones see something right at the lens: covered or dirty
+    SLOW = 7  # speaks at less than half of the rate it should
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -73,11 +76,13 @@ class CropBox:
     """A box around a known, static part of the cell: points inside it are not obstacles.
 
     T_base_box: (4, 4) pose of the box's centre.   size: (3,) full edge lengths [m].
+    plane:      instead of a box, all that lies below its x-y plane; `size` is to draw it.
     """
 
     name: str
     T_base_box: Array
     size: Array
+    plane: bool = False
 
 
 # --- perception ---------------------------------------------------------------------------
@@ -95,6 +100,7 @@ class Verdict(IntEnum):
     OUT_OF_RANGE = 6  # nearer or farther than the accepted range
     STALE = 7  # the frame is older than the allowed age
     EMPTY = 8  # no frame has come yet, or the slot has no zone
+    GHOST = 9  # nearer than what was seen before, by one zone in one frame only: not yet believed
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -238,6 +244,7 @@ class Snapshot:
     health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
+    jump:        [m] how far the acted-on control point moved since the last tick.
     """
 
     tick: int
@@ -257,6 +264,7 @@ class Snapshot:
     world: tuple[BodyPose, ...]
     timing: Timing
     notice: str = ""
+    jump: float = 0.0
 
 
 # --- the way back in ----------------------------------------------------------------------

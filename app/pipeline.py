@@ -8,27 +8,45 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
+import numpy as np
+
 from app.config import Params
 from app.control.avoidance import Avoidance
-from app.messages import Cloud, Command, CropBox, Goal, JointState, Pairs, SensorFrame
+from app.messages import (
+    Array,
+    Cloud,
+    Command,
+    CropBox,
+    Goal,
+    JointState,
+    Pairs,
+    SensorFrame,
+    Verdict,
+)
 from app.perception.cloud import SkinCloud
-from app.perception.proximity import BodyPairs, MountPairs
+from app.perception.proximity import BodyPairs, MountPairs, SteadyPairs
 from app.robot.history import JointHistory
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.timing import Stopwatch
 
+REACH = 0.6  # [m] several pairs a link are looked for up to here
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Outcome:
-    """What one tick found and decided. `pairs` are those acted on, `body` the whole body's."""
+    """What one tick found and decided. `pairs` are those acted on, `body` the whole body's.
+
+    jump: [m] how far the acted-on control point moved since the last tick, 0 without one.
+    """
 
     posture: Posture
     cloud: Cloud
     pairs: Pairs
     body: Pairs
     command: Command
+    jump: float = 0.0
 
 
 class Pipeline:
@@ -39,7 +57,9 @@ class Pipeline:
         self._history = JointHistory(robot.n)
         self._cloud = SkinCloud(robot, skin, crops)
         self._body = BodyPairs(robot)
+        self._steady = SteadyPairs(self._body)
         self._mounts = MountPairs(skin)
+        self._point: Array | None = None  # control point of the last tick
         self._control = Avoidance(robot)
 
     def tick(
@@ -65,15 +85,29 @@ class Pipeline:
             self._cloud.take(list(group), then, params)
         cloud = self._cloud.view(joints.stamp, params)
         watch.lap("filter")
-        body = self._body.update(cloud, posture)
-        pairs = body if params.mode == "wb" else self._mounts.update(cloud, posture)
+        points, use = cloud.points, cloud.verdict == Verdict.KEPT
+        body = self._body.search(points, use, posture)
+        if params.mode == "sm":
+            pairs = self._mounts.search(points, use, posture)
+        elif params.many_pairs:
+            pairs = self._body.several(points, use, posture, body, REACH)
+        else:
+            pairs = self._steady.update(body, points, use, posture, params.pair_hold)
         watch.lap("pairs")
         if moving:
             command = self._control.update(posture, joints, pairs, goal, params, dt)
         else:
             command = self._control.brake(joints, dt)
         watch.lap("control")
-        return Outcome(posture, cloud, pairs, body, command)
+        return Outcome(posture, cloud, pairs, body, command, self._jump(pairs, command))
+
+    def _jump(self, pairs: Pairs, command: Command) -> float:
+        """How far the control point has moved since the last tick [m]."""
+        before, row = self._point, command.control_row
+        self._point = pairs.on_robot[row] if row >= 0 else None
+        if before is None or self._point is None:
+            return 0.0
+        return float(np.linalg.norm(self._point - before))
 
     def brake(self, joints: JointState, params: Params, dt: float) -> Outcome:
         """A tick that trusts nothing new: the last cloud, no pairs acted on, brake to rest."""

@@ -206,6 +206,7 @@ class Engine:
             world=self.world.poses(),
             timing=Timing(watch.laps, late),
             notice=self._notice,
+            jump=outcome.jump,
         )
 
     # --- actions --------------------------------------------------------------------------

@@ -34,6 +34,7 @@ class Setup:
     ideal: bool = False  # sensors without noise, bias and dropout
     urdf: str = ""  # a bare URDF instead of a robot's folder
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
+    ghosts: float = 0.0  # share of zones and frames with a return from nothing
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
@@ -48,7 +49,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     if kind == "simulated" and not rest:
         scene = load_scene(find_scene(setup.scene), setup.seed)
         world = World(scene.bodies, scene.crops)
-        errors = ErrorModel(ideal=setup.ideal)
+        errors = ErrorModel(ideal=setup.ideal, ghosts=setup.ghosts)
         source: Source = SimulatedSkin(robot, skin, world, setup.seed, errors)
         home, goal, title = scene.home, scene.goal, scene.title
         if setup.choice.home_deg or scene.robot not in ("", robot.name):

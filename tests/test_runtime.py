@@ -139,7 +139,9 @@ def test_one_dead_sensor_is_shown_and_does_not_stop_the_arm(bench):
     bench.eye.muted.add(4)
     s = bench.run(1.0)
     assert s.status.mode is Mode.RUNNING
-    assert s.health[4] == SensorHealth.STALE and (s.health == SensorHealth.GOOD).sum() == 29
+    # ideal sensors before an arm at rest repeat themselves, and are called frozen for it
+    speaking = np.isin(s.health, [SensorHealth.GOOD, SensorHealth.FROZEN])
+    assert s.health[4] == SensorHealth.STALE and speaking.sum() == 29
 
 
 def test_an_exception_in_a_room_stops_the_arm_with_its_name(bench, monkeypatch):

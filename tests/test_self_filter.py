@@ -94,7 +94,7 @@ def test_the_gap_equals_a_float64_ray_cast(robot, skin):
     for posture in postures(robot, 60, 11):
         depth = rng.uniform(0.1, 1.5, (skin.count, 64))
         gap = judge.judge(np.arange(skin.count), depth, posture, one_ray)[2]
-        for _ in range(24):
+        for _ in range(30):
             k, z = rng.integers(skin.count), rng.integers(64)
             T = posture.T_base_link[skin.link[k]]
             reach = T[:3, :3] @ skin.reach[64 * k + z]
@@ -228,10 +228,41 @@ def test_an_older_frame_that_comes_late_does_not_replace_a_newer_one(robot, skin
 def test_health_names_what_a_sensor_does():
     health = SkinHealth(np.array([True, True, True, False]))
     for i in range(20):
-        health.update([frame(0, i / 15), frame(1, i / 15, status=4)])
+        values = 1.0 + 0.001 * (i % 3)  # a sensor that repeats itself would be called frozen
+        health.update([frame(0, i / 15, values), frame(1, i / 15, values, status=4)])
     states = health.states(19 / 15 + 0.1, 0.2)
     assert [SensorHealth(s).name for s in states] == ["GOOD", "POOR", "WAITING", "ABSENT"]
     assert health.rates()[0] == pytest.approx(15.0)
     assert SensorHealth(health.states(3.0, 0.2)[0]) is SensorHealth.STALE
     assert health.silent(19 / 15 + 0.6, 0.5, 0.0) == 3
     assert health.heard_since(19 / 15) and not health.heard_since(19 / 15 + 0.01)
+
+
+def test_a_link_with_a_calibrated_threshold_uses_it(robot, skin, facing):
+    posture, k, z, depth = facing
+    eps = np.full(len(robot.links), np.nan)
+    eps[robot.link_index("upper_arm_link")] = 0.004
+    calibrated = replace(robot, eps=eps)
+    tight = replace(P, eps_min=0.005, eps_sigmas=1.0, footprint=False)
+    before = np.full((1, 64), depth - 0.018)
+    verdict = {
+        name: SelfFilter(r, skin).judge(np.array([k]), before, posture, tight)[0][0, z]
+        for name, r in (("general", robot), ("calibrated", calibrated))
+    }
+    assert verdict == {"general": Verdict.SELF, "calibrated": Verdict.KEPT}
+
+
+def test_culled_rays_change_no_verdict(robot, skin):
+    """Sensors judged alone and together, and boxes that hold everything, agree."""
+    judge, blunt = SelfFilter(robot, skin), SelfFilter(robot, skin)
+    blunt._low, blunt._high = blunt._low - 100.0, blunt._high + 100.0
+    blunt._radius = blunt._radius + 100.0
+    rng = np.random.default_rng(12)
+    everyone = np.arange(skin.count)
+    for posture in postures(robot, 20, 13):
+        depth = rng.uniform(0.05, 1.5, (skin.count, 64))
+        together = judge.judge(everyone, depth, posture, P)
+        for ours, theirs in zip(together, blunt.judge(everyone, depth, posture, P), strict=True):
+            assert np.array_equal(ours, theirs)
+        alone = judge.judge(everyone[7:8], depth[7:8], posture, P)
+        assert all(np.array_equal(a[0], t[7]) for a, t in zip(alone, together, strict=True))

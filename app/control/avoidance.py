@@ -41,6 +41,7 @@ class Avoidance:
     def reset(self) -> None:
         """Start again from rest."""
         self._previous = np.zeros(self._robot.n)
+        self._row = -1
 
     def update(
         self,
@@ -56,6 +57,7 @@ class Avoidance:
         box = velocity_box(robot, joints.q, params.speed, dt)
         qd_max = params.speed * robot.qd_max
         safety = self._safety(posture, pairs, params, qd_max)
+        self._row = safety.row
         tasks = [t for t in (safety.task, _goal_task(posture, goal, params)) if t is not None]
         tasks.append(Task(np.eye(robot.n), np.zeros(robot.n), np.ones(robot.n)))
         reg = Regularisation(params.lambda_r, params.theta, params.eta)
@@ -92,7 +94,9 @@ class Avoidance:
         able = reachable > (params.v_ach_min if params.authority_cap else 1e-9)
         if not able.any():
             return _Safety(None, -1)
-        i = int(np.argmin(np.where(able, pairs.distance[near], np.inf)))
+        # hold on to the row of the last tick while no other is nearer by more than the margin
+        lead = np.where(near == self._row, params.pair_hold, 0.0)
+        i = int(np.argmin(np.where(able, pairs.distance[near] - lead, np.inf)))
         d = float(pairs.distance[near[i]])
         reference = params.lambda_safety * (params.d_min + params.delta - d)
         reference = min(max(reference, -params.v_safe), params.v_safe)

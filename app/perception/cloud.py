@@ -5,18 +5,22 @@ tick only looks which frames have grown too old.
 """
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.config import Params
 from app.messages import SLOTS, Cloud, CropBox, SensorFrame, Verdict, freeze
+from app.perception.beams import place
+from app.perception.ghosts import Ghosts
 from app.perception.self_filter import SelfFilter
 from app.perception.static_filter import StaticFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-VALID = (5, 9)  # target statuses that are trusted: valid, valid with a merged pulse (UM3109)
+VALID, MERGED = 5, 9  # target statuses: valid, valid with a merged pulse (UM3109)
 UNCONFIRMED = (6, 10)  # valid but with no previous target to compare with
 
 
@@ -25,8 +29,10 @@ class SkinCloud:
 
     def __init__(self, robot: Robot, skin: Skin, crops: Sequence[CropBox]) -> None:
         self._skin = skin
+        self._mount = skin.link.astype(np.int64)
         self._self_filter = SelfFilter(robot, skin)
         self._static_filter = StaticFilter(crops)
+        self._ghosts = Ghosts(skin)
         self.reset()
 
     def reset(self) -> None:
@@ -38,6 +44,7 @@ class SkinCloud:
         self._gap = np.full(S, np.inf)
         self._eps = np.full(S, np.nan)
         self._stamp = np.full(K, -np.inf)
+        self._ghosts.reset()
 
     def take(self, frames: Sequence[SensorFrame], posture: Posture, params: Params) -> None:
         """Judge `frames`, all measured at `posture`; of two of one sensor the later one stays.
@@ -49,28 +56,25 @@ class SkinCloud:
             return
         sensors = np.fromiter(newest, dtype=np.intp)
         chosen = list(newest.values())
-        m = len(chosen)
         depth = np.array([f.distance for f in chosen])
         status = np.array([f.status for f in chosen])
         targets = np.array([f.targets for f in chosen])
         slots = (sensors[:, None] * SLOTS + np.arange(SLOTS)).ravel()
-        used = self._skin.used[slots].reshape(m, SLOTS)
 
-        points = self._place(sensors, slots, depth, posture)
         verdict, link, gap, eps = self._self_filter.judge(sensors, depth, posture, params)
-        kept = verdict == Verdict.KEPT
-        kept[kept] = self._static_filter.inside(points[kept.ravel()])
-        verdict[kept] = Verdict.STATIC
-        far = (depth < params.range_min) | (depth > params.range_max)
-        verdict[far] = Verdict.OUT_OF_RANGE
-        trusted = VALID + UNCONFIRMED if params.accept_unconfirmed else VALID
-        verdict[~np.isin(status, trusted)] = Verdict.BAD_STATUS
-        nothing = (targets == 0) | (status == 255)
-        verdict[nothing] = Verdict.NO_TARGET
-        verdict[~used] = Verdict.EMPTY
-        points[(nothing | ~used).ravel()] = np.nan  # their distance is junk
+        points = np.empty((*depth.shape, 3))
+        skin = self._skin
+        place(
+            sensors, self._mount, skin.origin, skin.reach, skin.used, posture.T_base_link,
+            depth, status, targets, _trusted(params.accept_merged, params.accept_unconfirmed),
+            params.range_min, params.range_max, verdict, points,
+        )  # fmt: skip
+        flat = points.reshape(-1, 3)
+        known = self._static_filter.inside(flat).reshape(verdict.shape)
+        verdict[known & (verdict == Verdict.KEPT)] = Verdict.STATIC
+        self._ghosts.doubt(sensors, depth, verdict, gap, params)
 
-        self._points[slots] = points
+        self._points[slots] = flat
         self._verdict[slots] = verdict.ravel()
         self._link[slots] = link.ravel()
         self._gap[slots] = gap.ravel()
@@ -93,16 +97,12 @@ class SkinCloud:
             stamp=freeze(self._stamp.copy()),
         )
 
-    def _place(
-        self, sensors: np.ndarray, slots: np.ndarray, depth: np.ndarray, posture: Posture
-    ) -> np.ndarray:
-        """Points (m * 64, 3) [m], base frame."""
-        skin = self._skin
-        local = skin.reach[slots] * depth.reshape(-1, 1)
-        local += np.repeat(skin.origin[sensors], SLOTS, axis=0)
-        out = np.empty_like(local)
-        for i, k in enumerate(sensors):
-            T = posture.T_base_link[skin.link[k]]
-            rows = slice(i * SLOTS, (i + 1) * SLOTS)
-            out[rows] = local[rows] @ T[:3, :3].T + T[:3, 3]
-        return out
+
+@cache
+def _trusted(merged: bool, unconfirmed: bool) -> NDArray[np.bool_]:
+    """(256,) by target status: is it trusted?"""
+    out = np.zeros(256, dtype=bool)
+    out[VALID] = True
+    out[MERGED] = merged
+    out[list(UNCONFIRMED)] = unconfirmed
+    return out

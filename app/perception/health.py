@@ -5,11 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages import Array, SensorFrame, SensorHealth
+from app.messages import SLOTS, Array, SensorFrame, SensorHealth
 
 FORGET = 0.1  # weight of the newest frame in the running means
 TRUSTED = np.array([5, 6, 9, 10, 255], dtype=np.uint8)  # usable, or honestly nothing there
 POOR_SHARE = 0.5  # more bad zones than this, on average, is poor
+REPEATS = 8  # frames in a row with the same values in every zone: noise alone would differ
+FEW = 8  # zones with a target below which sameness says nothing
+AT_LENS, COVERED_SHARE = 0.02, 0.5  # [m] and share of zones that make a sensor saturated
+SLOW_RATE = 7.5  # [Hz] half of what an 8x8 sensor can do
 
 
 class SkinHealth:
@@ -21,6 +25,9 @@ class SkinHealth:
         self._last = np.full(K, -np.inf)
         self._period = np.full(K, np.nan)
         self._bad = np.zeros(K)
+        self._covered = np.zeros(K)
+        self._same = np.zeros(K, dtype=np.int64)
+        self._distance = np.full((K, SLOTS), np.nan)
 
     def update(self, frames: Sequence[SensorFrame]) -> None:
         """Take note of frames that have arrived."""
@@ -30,6 +37,12 @@ class SkinHealth:
             if np.isfinite(gap) and gap > 0.0:
                 old = self._period[k]
                 self._period[k] = gap if np.isnan(old) else old + FORGET * (gap - old)
+                same = np.array_equal(f.distance, self._distance[k])
+                some = np.count_nonzero(f.targets) >= FEW
+                self._same[k] = self._same[k] + 1 if same and some else 0
+                self._distance[k] = f.distance
+            covered = np.mean((f.targets > 0) & (f.distance <= AT_LENS))
+            self._covered[k] += FORGET * (covered - self._covered[k])
             bad = 1.0 - np.isin(f.status, TRUSTED).mean()
             self._bad[k] += FORGET * (bad - self._bad[k])
             self._last[k] = max(self._last[k], f.stamp)
@@ -37,7 +50,12 @@ class SkinHealth:
     def states(self, now: float, allowed_age: float) -> NDArray[np.uint8]:
         """(K,) of `SensorHealth`."""
         state = np.full(len(self._last), SensorHealth.GOOD, dtype=np.uint8)
+        # the worst that is known of a sensor is what is told
+        with np.errstate(invalid="ignore"):
+            state[1.0 / self._period < SLOW_RATE] = SensorHealth.SLOW
         state[self._bad > POOR_SHARE] = SensorHealth.POOR
+        state[self._covered > COVERED_SHARE] = SensorHealth.SATURATED
+        state[self._same >= REPEATS] = SensorHealth.FROZEN
         state[now - self._last > allowed_age] = SensorHealth.STALE
         state[~np.isfinite(self._last)] = SensorHealth.WAITING
         state[~self._connected] = SensorHealth.ABSENT

@@ -9,11 +9,13 @@ import numpy as np
 
 from app.messages import Array, Cloud, Pairs, Verdict, freeze
 from app.perception.search import nearest_of_links, nearest_of_origins
+from app.perception.spread import several_of_links
 from app.perception.tree import plant
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
+PAIRS = 4  # rows a link of `several`
 TOUCHING = 1e-6  # [m] below this the direction of retreat comes from the surface's normal
 
 
@@ -35,15 +37,88 @@ class BodyPairs:
 
     def search(self, points: Array, use: np.ndarray, posture: Posture) -> Pairs:
         """The same for any points (n, 3), base frame; `use` (n,) bool. NaN rows are skipped."""
+        pairs = self._search(points, use, posture, self._hint, False)
+        self._hint = pairs.slot
+        return pairs
+
+    def measure(self, points: Array, use: np.ndarray, posture: Posture, row: np.ndarray) -> Pairs:
+        """The pair of every link with its own `row` (L,) of the points; -1 for none."""
+        return self._search(points, use, posture, row, True)
+
+    def _search(
+        self, points: Array, use: np.ndarray, posture: Posture, hint: np.ndarray, only: bool
+    ) -> Pairs:
         L = len(self._links)
         distance, row = np.empty(L), np.empty(L, dtype=np.int64)
         on_robot, outward = np.full((L, 3), np.nan), np.full((L, 3), np.nan)
         nearest_of_links(
-            points, use, posture.T_base_link, self._hint, *self._forest,
+            points, use, posture.T_base_link, hint, only, *self._forest,
             distance, row, on_robot, outward,
         )  # fmt: skip
-        self._hint = row
         return _pairs(self._links, points, distance, row, on_robot, -outward)
+
+    def several(
+        self, points: Array, use: np.ndarray, posture: Posture, closest: Pairs, reach: float
+    ) -> Pairs:
+        """Up to four well-separated pairs of every link, row 4 * link + i from near to far.
+
+        closest: what `search` answered for the same points.   reach: [m], farther pairs are
+        left out, but for the closest of each link.
+        """
+        L = len(self._links)
+        distance, row = np.empty((L, PAIRS)), np.empty((L, PAIRS), dtype=np.int64)
+        on_robot, outward = (np.full((L, PAIRS, 3), np.nan) for _ in range(2))
+        several_of_links(
+            points, use, closest.slot, reach, posture.T_base_link, *self._forest,
+            distance, row, on_robot, outward,
+        )  # fmt: skip
+        return _pairs(
+            np.repeat(self._links, PAIRS), points, distance.ravel(), row.ravel(),
+            on_robot.reshape(-1, 3), -outward.reshape(-1, 3),
+        )  # fmt: skip
+
+
+class SteadyPairs:
+    """Holds on to each link's last point while no other is nearer by more than a margin.
+
+    On a flat wall the nearest point changes many times a second between equals, and the
+    control point with it. What is held is a zone (or a voxel of the memory), so its point
+    still moves as the world does; the distance reported is its own, at most `hold` larger.
+    """
+
+    def __init__(self, body: BodyPairs) -> None:
+        self._body = body
+        self.reset()
+
+    def reset(self) -> None:
+        """Hold on to nothing."""
+        self._slot = np.empty(0, dtype=np.int64)
+
+    def update(
+        self, closest: Pairs, points: Array, use: np.ndarray, posture: Posture, hold: float
+    ) -> Pairs:
+        """The exact `closest` pairs with rows replaced by those that are held on to."""
+        if hold == 0.0 or closest.closest < 0 or len(self._slot) == 0:
+            self._slot = closest.slot
+            return closest
+        old = self._body.measure(points, use, posture, self._slot)
+        keep = (old.slot >= 0) & (old.distance <= closest.distance + hold)
+        pick = np.where(keep, old.slot, closest.slot)
+        self._slot = pick
+
+        def chosen(a: Array, b: Array) -> Array:
+            return freeze(np.where(keep.reshape(-1, *[1] * (a.ndim - 1)), a, b))
+
+        distance = chosen(old.distance, closest.distance)
+        return Pairs(
+            link=closest.link,
+            distance=distance,
+            on_robot=chosen(old.on_robot, closest.on_robot),
+            on_world=chosen(old.on_world, closest.on_world),
+            normal=chosen(old.normal, closest.normal),
+            slot=freeze(pick),
+            closest=int(np.argmin(distance)),
+        )
 
 
 class MountPairs:
@@ -54,13 +129,17 @@ class MountPairs:
 
     def update(self, cloud: Cloud, posture: Posture) -> Pairs:
         """One row a sensor."""
+        return self.search(cloud.points, cloud.verdict == Verdict.KEPT, posture)
+
+    def search(self, points: Array, use: np.ndarray, posture: Posture) -> Pairs:
+        """The same for any points (n, 3), base frame; `use` (n,) bool."""
         skin = self._skin
         T = posture.T_base_link[skin.link]
         lens = np.einsum("kij,kj->ki", T[:, :3, :3], skin.origin) + T[:, :3, 3]
         retreat = -np.einsum("kij,kj->ki", T[:, :3, :3], skin.axis)
         distance, row = np.empty(skin.count), np.empty(skin.count, dtype=np.int64)
-        nearest_of_origins(cloud.points, cloud.verdict == Verdict.KEPT, lens, distance, row)
-        return _pairs(skin.link, cloud.points, distance, row, lens, retreat)
+        nearest_of_origins(points, use, lens, distance, row)
+        return _pairs(skin.link, points, distance, row, lens, retreat)
 
 
 def _pairs(

@@ -21,6 +21,7 @@ def nearest_of_links(
     use: NDArray[np.bool_],
     T_base_link: Array,
     hint: NDArray[np.int64],
+    hinted_only: bool,
     low: Array,
     high: Array,
     child: NDArray[np.int64],
@@ -37,7 +38,8 @@ def nearest_of_links(
 ) -> None:
     """Signed nearest distance of every link to the used `points` (n, 3), base frame.
 
-    hint: (L,) row that was nearest last time, tried first; -1 for none.
+    hint: (L,) row that was nearest last time, tried first; -1 for none. `hinted_only` looks at
+    no other.
     Writes distance (L,) (+inf without a point), row (L,) (-1), on_link (L, 3) base frame and
     outward (L, 3), the body's outward pseudonormal there, base frame. Points with NaN are
     passed over.
@@ -52,10 +54,25 @@ def nearest_of_links(
         best_row = -1
         best_face = -1
         best_part = 0
+        # a sphere around the link's box, base frame, dismisses most points before they are moved
+        radius = 0.0
+        centre = np.empty(3)
+        for a in range(3):
+            p[a] = 0.5 * (low[node, a] + high[node, a])
+            radius += (high[node, a] - p[a]) ** 2
+        radius = np.sqrt(radius)
+        for a in range(3):
+            centre[a] = T[a, 0] * p[0] + T[a, 1] * p[1] + T[a, 2] * p[2] + T[a, 3]
         # the hinted row comes first, as row -1 of the loop, so that the rest is pruned
-        for step in range(-1, len(points)):
+        for step in range(-1, 0 if hinted_only else len(points)):
             i = hint[link] if step < 0 else step
             if i < 0 or i >= len(points) or not use[i] or (step >= 0 and i == best_row):
+                continue
+            far = radius + max(best, 0.0)
+            x = points[i, 0] - centre[0]
+            y = points[i, 1] - centre[1]
+            z = points[i, 2] - centre[2]
+            if x * x + y * y + z * z > far * far:
                 continue
             x = points[i, 0] - T[0, 3]
             y = points[i, 1] - T[1, 3]
@@ -63,7 +80,7 @@ def nearest_of_links(
             p[0] = T[0, 0] * x + T[1, 0] * y + T[2, 0] * z
             p[1] = T[0, 1] * x + T[1, 1] * y + T[2, 1] * z
             p[2] = T[0, 2] * x + T[1, 2] * y + T[2, 2] * z
-            bound = _box_distance2(p, low, high, node)
+            bound = box_distance2(p, low, high, node)
             if bound > 0.0:
                 # outside the box, so outside the body: only a nearer surface matters
                 limit = best * best if best > 0.0 else 0.0
@@ -73,7 +90,7 @@ def nearest_of_links(
                 limit = np.inf  # perhaps inside: the deepest point wins, not the nearest
             else:
                 continue  # NaN
-            d2, face, part = _nearest(
+            d2, face, part = nearest_face(
                 p, limit, node, low, high, child, start, count, corners, found
             )
             if face < 0:
@@ -129,7 +146,15 @@ def nearest_of_origins(
 
 
 @compiled
-def _box_distance2(p: Array, low: Array, high: Array, node: int) -> float:
+def to_link(T: Array, point: Array, p: Array) -> None:
+    """Write a point of the base frame in the frame of a posed link into p."""
+    x, y, z = point[0] - T[0, 3], point[1] - T[1, 3], point[2] - T[2, 3]
+    for a in range(3):
+        p[a] = T[0, a] * x + T[1, a] * y + T[2, a] * z
+
+
+@compiled
+def box_distance2(p: Array, low: Array, high: Array, node: int) -> float:
     """Squared distance from p to a node's box; 0 inside, NaN for NaN."""
     total = 0.0
     for a in range(3):
@@ -144,7 +169,7 @@ def _box_distance2(p: Array, low: Array, high: Array, node: int) -> float:
 
 
 @compiled
-def _nearest(
+def nearest_face(
     p: Array,
     limit: float,
     root: int,
@@ -176,7 +201,7 @@ def _nearest(
                     out[:] = q
             continue
         a, b = child[node], child[node] + 1
-        da, db = _box_distance2(p, low, high, a), _box_distance2(p, low, high, b)
+        da, db = box_distance2(p, low, high, a), box_distance2(p, low, high, b)
         if da > db:
             a, b, da, db = b, a, db, da
         if db < best:

@@ -18,11 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.config import Params
-from app.messages import SLOTS, Array, Verdict
+from app.messages import SLOTS, Array
+from app.perception.beams import aim, weigh
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import CORNER_SHARE, FIELD_OF_VIEW, Skin, range_noise
+from app.robot.skin import CORNER_SHARE, FIELD_OF_VIEW, Skin
 
 RAYS = 5  # the zone's centre and four towards its corners
 CONE = float(np.arctan(np.sqrt(2.0) * np.tan(FIELD_OF_VIEW / 2.0) * (1.0 + CORNER_SHARE) / 2.0))
@@ -33,7 +34,12 @@ class SelfFilter:
 
     def __init__(self, robot: Robot, skin: Skin) -> None:
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
-        self._link = skin.link
+        self._centre = np.array([m.centre for m in robot.rigid])
+        self._radius = np.array([m.radius for m in robot.rigid]) * (1.0 + 1e-6)  # float32 meshes
+        self._low = np.array([b.vertices[np.unique(b.faces)].min(axis=0) for b in robot.bodies])
+        self._high = np.array([b.vertices[np.unique(b.faces)].max(axis=0) for b in robot.bodies])
+        self._own_eps = robot.eps
+        self._link = skin.link.astype(np.int64)
         self._welded = robot.welded
         self._origin, self._axis = skin.origin, skin.axis
         length = np.linalg.norm(skin.reach, axis=1, keepdims=True)
@@ -45,8 +51,11 @@ class SelfFilter:
         self._rays = rays.astype(np.float32)
         self._cosine = np.einsum("kzrc,kc->kzr", rays, skin.axis).astype(np.float32)
         self._own_near: float | None = None
-        self._own = np.empty(0, dtype=np.float32)
-        self._own_link = np.empty(0, dtype=np.int16)
+        self._own = np.empty((0, SLOTS, RAYS), dtype=np.float32)
+        self._own_link = np.empty((0, SLOTS, RAYS), dtype=np.int16)
+        most = len(self._meshes) * skin.count * SLOTS * RAYS
+        self._o, self._d = (np.empty((most, 3), dtype=np.float32) for _ in range(2))
+        self._index, self._hit = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.float32)
 
     def judge(
         self, sensors: NDArray[np.intp], depth: Array, posture: Posture, params: Params
@@ -58,56 +67,31 @@ class SelfFilter:
         depth measured (+inf where no body is in the way), eps (m, 64) [m].
         """
         rays = RAYS if params.footprint else 1
-        hit, link = self._hits(sensors, posture, rays, params.near_cut)
-        eps = np.maximum(
-            params.eps_min,
-            params.eps_base + params.eps_sigmas * range_noise(depth),
-        )
-        gaps = hit - depth[..., None]
-        # the ray nearest to the measurement explains it best
-        best = np.argmin(np.abs(gaps), axis=2)[..., None]
-        gap = np.take_along_axis(gaps, best, axis=2)[..., 0]
-        way = np.take_along_axis(link, best, axis=2)[..., 0]
-        verdict = np.full(depth.shape, Verdict.KEPT, dtype=np.uint8)
-        if not params.two_sided:
-            verdict[(gaps < -eps[..., None]).any(axis=2)] = Verdict.BEHIND
-        verdict[np.abs(gap) <= eps] = Verdict.SELF
-        return verdict, way, gap, eps
-
-    def _hits(
-        self, sensors: NDArray[np.intp], posture: Posture, rays: int, near: float
-    ) -> tuple[Array, NDArray[np.int16]]:
-        """Depth (m, 64, rays) of the first body along each ray, and its link."""
+        near = params.near_cut
         if self._own_near != near:
             self._own, self._own_link = self._own_hits(near)
             self._own_near = near
-        t = self._own[sensors][:, :, :rays].copy()
-        link = self._own_link[sensors][:, :, :rays].copy()
-        for mount in np.unique(self._link[sensors]):
-            on_mount = np.flatnonzero(self._link[sensors] == mount)
-            chosen = sensors[on_mount]
-            origin, axis = self._origin[chosen], self._axis[chosen]
-            R_mount, p_mount = posture.T_base_link[mount, :3, :3], posture.T_base_link[mount, :3, 3]
-            for i, mesh in enumerate(self._meshes):
-                if self._welded[mount, i]:
-                    continue
-                R_i = posture.T_base_link[i, :3, :3]
-                R = R_i.T @ R_mount  # mount -> link i
-                p = R_i.T @ (p_mount - posture.T_base_link[i, :3, 3])
-                at = origin @ R.T + p
-                seen = _in_cone(mesh.centre - at, axis @ R.T, mesh.radius)
-                if not seen.any():
-                    continue
-                rows = on_mount[seen]
-                d = self._rays[chosen[seen], :, :rays].reshape(-1, 3) @ R.T.astype(np.float32)
-                o = np.repeat(at[seen].astype(np.float32), SLOTS * rays, axis=0)
-                o += np.float32(near) * d
-                new = mesh.cast(o, d).reshape(len(rows), SLOTS, rays) + np.float32(near)
-                old = t[rows]
-                nearer = new < old
-                t[rows] = np.where(nearer, new, old)
-                link[rows] = np.where(nearer, np.int16(i), link[rows])
-        return (t * self._cosine[sensors][:, :, :rays]).astype(np.float64), link
+        end = np.empty(len(self._meshes), dtype=np.int64)
+        aim(
+            sensors, rays, near, self._link, self._welded, self._origin, self._axis, self._rays,
+            CONE, posture.T_base_link, self._centre, self._radius, self._low, self._high,
+            self._o, self._d, self._index, end,
+        )  # fmt: skip
+        first = 0
+        for mesh, last in zip(self._meshes, end.tolist(), strict=True):
+            if last > first:
+                t = mesh.cast(self._o[first:last], self._d[first:last])
+                np.add(t, np.float32(near), out=self._hit[first:last])
+            first = last
+        verdict, way = np.empty(depth.shape, dtype=np.uint8), np.empty(depth.shape, dtype=np.int16)
+        gap, eps = np.empty(depth.shape), np.empty(depth.shape)
+        base = np.where(np.isnan(self._own_eps), params.eps_base, self._own_eps)
+        weigh(
+            sensors, rays, depth, self._link, self._own, self._own_link, self._cosine,
+            self._hit, self._index, end, params.eps_min, base, params.eps_sigmas,
+            params.two_sided, verdict, way, gap, eps,
+        )  # fmt: skip
+        return verdict, way, gap, eps
 
     def _own_hits(self, near: float) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
         """Ray lengths (K, 64, 5) to each sensor's own link and what is fixed to it, and which."""

@@ -66,6 +66,7 @@ class Robot:
     _frames: tuple[int, ...]
     _tool: int
     _data: Any  # pinocchio's scratch space; results are copied out before the next call
+    eps: Array  # (L,) [m] the self filter's own threshold of each link, NaN: the setting's
 
     @property
     def n(self) -> int:
@@ -189,6 +190,7 @@ def _assemble(
         _frames=frames,
         _tool=tip,
         _data=model.createData(),
+        eps=freeze(_thresholds((table.eps_m if table else None) or {}, links, where)),
     )
 
 
@@ -213,6 +215,13 @@ def _mounted(
         return "", wanted
     known = ["none", *tool_names(folder), *links]
     raise RobotError(f"tool {wanted!r} is no tool and no link; {options(wanted, known)}")
+
+
+def _thresholds(eps: dict[str, float], links: tuple[str, ...], where: Path) -> Array:
+    for name in eps:
+        if name not in links:
+            raise RobotError(f"{where}: eps_m: no body link {name!r}; {options(name, links)}")
+    return np.array([eps.get(link, np.nan) for link in links])
 
 
 def _middle(model: Any) -> Array:

@@ -45,6 +45,7 @@ class RobotTable(Table, frozen=True):
     tool:               what is bolted on when nothing else is asked for: a `[tool]` table (see
                         `ToolTable`), the path of a file with one, or a name in `tools/`;
                         default: none.
+    eps_m:              the self filter's threshold of single links [m], from calibration.
     """
 
     name: Annotated[str, Meta(min_length=1)]
@@ -56,6 +57,7 @@ class RobotTable(Table, frozen=True):
     skin: str | None = None
     links: list[str] | None = None
     tool: ToolTable | str | None = None
+    eps_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -26,6 +26,7 @@ class ErrorModel:
     zone_bias:    1-sigma share of distance that a zone is constantly wrong by.
     near_offset:  [m] added below `near_range` [m].
     bad_4, bad_2: share of measurements with a rejected status, as in real logs.
+    ghosts:       share of zones and frames with a near return of good status from nothing.
     ideal:        switch all of it off; only geometry and range limits stay.
     """
 
@@ -37,6 +38,7 @@ class ErrorModel:
     bad_4: float = 0.04
     bad_2: float = 0.02
     ideal: bool = False
+    ghosts: float = 0.0
 
     def range_90(self, resolution: int) -> Array:
         """(64,) [m] distance up to which 90 % of the measurements find a target."""

@@ -131,6 +131,11 @@ class SimulatedSkin:
             status[seen & ~self._had_target[k] & (status == VALID)] = UNCONFIRMED
             if self._sequence[k] == 0:
                 status[status == UNCONFIRMED] = FIRST
+            if e.ghosts > 0.0:
+                ghost = rng.random(SLOTS) < e.ghosts
+                distance = np.where(ghost, rng.uniform(0.05, 1.0, SLOTS), distance)
+                seen |= ghost
+                status[ghost] = VALID
             # what a real sensor leaves in a zone without a target is stale junk
             distance = np.where(seen, distance, rng.uniform(0.02, 2.0, SLOTS))
         self._had_target[k] = seen

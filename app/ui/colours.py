@@ -16,6 +16,9 @@ HEALTH: dict[SensorHealth, RGB] = {
     SensorHealth.GOOD: CALM,
     SensorHealth.POOR: WARN,
     SensorHealth.STALE: ALARM,
+    SensorHealth.FROZEN: (170, 80, 170),
+    SensorHealth.SATURATED: (120, 94, 60),
+    SensorHealth.SLOW: (222, 203, 80),
 }
 
 RAW: RGB = (70, 75, 82)
@@ -27,6 +30,7 @@ POINT: dict[Verdict, RGB] = {
     Verdict.BAD_STATUS: (230, 159, 0),
     Verdict.OUT_OF_RANGE: (120, 94, 60),
     Verdict.STALE: (240, 120, 150),
+    Verdict.GHOST: (86, 180, 233),
 }
 
 

@@ -1,4 +1,4 @@
-"""The last half minute: smallest distance with its two thresholds, and the activation."""
+"""The last half minute: smallest distance, activation, and jumps of the control point."""
 
 from collections import deque
 
@@ -13,19 +13,22 @@ from app.ui.pacing import Every
 PERIOD = 0.1  # [s]
 SPAN = 30.0  # [s]
 CEILING = 100.0  # [cm] farther, or nothing in sight, is drawn at the top
+JUMP = 50.0  # [cm] larger jumps are drawn at the top
 LENGTH = int(SPAN / PERIOD)
 
+Row = tuple[float, float, float, float, float]
 AXIS = {"size": 42, "font": "11px sans-serif"}
 TIME = {"size": 24, "font": "11px sans-serif"}
 
 
 class PlotPanel:
-    """Two charts of 300 samples."""
+    """Three charts of 300 samples."""
 
     def __init__(self, server: viser.ViserServer) -> None:
         self._pace = Every(PERIOD)
-        self._rows: deque[tuple[float, float, float, float]] = deque(maxlen=LENGTH)
+        self._rows: deque[Row] = deque(maxlen=LENGTH)
         empty = tuple(np.zeros(LENGTH) for _ in range(4))
+        self._jump = 0.0  # the largest since the last sample
         seconds = {"time": False, "range": (-SPAN, 0.0)}
         self.distance = server.gui.add_uplot(
             (np.linspace(-SPAN, 0.0, LENGTH), *empty[:3]),
@@ -56,23 +59,40 @@ class PlotPanel:
             height=105,
         )
 
+        self.jump = server.gui.add_uplot(
+            (np.linspace(-SPAN, 0.0, LENGTH), empty[0]),
+            (
+                uplot.Series(label="s"),
+                uplot.Series(label="jump [cm]", stroke=css(POINT[Verdict.BEHIND]), width=1.5),
+            ),
+            title="Largest jump of the control point [cm]",
+            scales={"x": seconds, "y": {"range": (0.0, JUMP)}},  # type: ignore[dict-item]
+            axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
+            legend=uplot.Legend(show=False),
+            height=90,
+        )
+
     def update(self, snapshot: Snapshot) -> None:
+        self._jump = max(self._jump, min(100.0 * snapshot.jump, JUMP))
         if not self._pace.due(snapshot.stamp):
             return
         params = snapshot.params
         near = min(100.0 * snapshot.pairs.minimum, CEILING)
         if self._rows and self._rows[-1][0] > snapshot.stamp:  # the clock was set back
             self._rows.clear()
-        self._rows.append((snapshot.stamp, near, 100.0 * params.d_min, snapshot.command.activation))
+        activation = snapshot.command.activation
+        self._rows.append((snapshot.stamp, near, 100.0 * params.d_min, activation, self._jump))
+        self._jump = 0.0
         rows = filled(self._rows)
         d_min = rows[:, 2]
         upper = d_min + 100.0 * params.delta
         self.distance.data = (rows[:, 0], rows[:, 1], d_min, upper)
         self.activation.data = (rows[:, 0], rows[:, 3])
+        self.jump.data = (rows[:, 0], rows[:, 4])
 
 
-def filled(rows: deque[tuple[float, float, float, float]]) -> Array:
-    """(LENGTH, 4) rows with times relative to the newest; before the first, the first repeats."""
+def filled(rows: deque[Row]) -> Array:
+    """(LENGTH, 5) rows with times relative to the newest; before the first, the first repeats."""
     a = np.array(rows)
     a[:, 0] -= a[-1, 0]
     return np.concatenate((np.repeat(a[:1], LENGTH - len(a), axis=0), a))

@@ -24,10 +24,11 @@ WORDS: dict[Verdict | None, tuple[str, str]] = {  # label and help of the switch
     Verdict.KEPT: ("Kept points", "points of the world: believed, and avoided"),
     Verdict.SELF: ("Self points", "thrown away: the robot's own body"),
     Verdict.BEHIND: ("Points behind", "thrown away: farther than the body in the ray's way"),
-    Verdict.STATIC: ("Static points", "thrown away: inside a crop box"),
+    Verdict.STATIC: ("Static points", "thrown away: the known or learned static cell"),
     Verdict.BAD_STATUS: ("Bad status", "thrown away: the sensor itself distrusts it"),
     Verdict.OUT_OF_RANGE: ("Out of range", "thrown away: too near or too far"),
     Verdict.STALE: ("Stale points", "thrown away: too old"),
+    Verdict.GHOST: ("Ghosts", "waiting: seen by one zone in one frame only"),
 }
 
 

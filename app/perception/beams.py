@@ -1,0 +1,255 @@
+"""The compiled parts of the self filter: aim rays at links, weigh what they hit, place points.
+
+Embree casts; around it a frame costs three calls. No loop over zones runs in Python. The
+kernels are compiled by numba on first use, kept in its cache and do not hold the
+interpreter's lock.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.messages import SLOTS, Array, Verdict
+from app.perception.search import compiled
+from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
+
+KEPT, SELF, BEHIND, STATIC = (
+    int(v) for v in (Verdict.KEPT, Verdict.SELF, Verdict.BEHIND, Verdict.STATIC)
+)
+BAD_STATUS, NO_TARGET, OUT_OF_RANGE, EMPTY = (
+    int(v) for v in (Verdict.BAD_STATUS, Verdict.NO_TARGET, Verdict.OUT_OF_RANGE, Verdict.EMPTY)
+)
+SLACK = 1e-4  # [m] boxes are this much larger, so that float32 never culls a hit
+
+
+@compiled
+def aim(
+    sensors: NDArray[np.intp],
+    rays: int,
+    near: float,
+    mount: NDArray[np.int64],
+    welded: NDArray[np.bool_],
+    origin: Array,
+    axis: Array,
+    direction: NDArray[np.float32],
+    cone: float,
+    T_base_link: Array,
+    centre: Array,
+    radius: Array,
+    low: Array,
+    high: Array,
+    out_origin: NDArray[np.float32],
+    out_direction: NDArray[np.float32],
+    out_index: NDArray[np.int32],
+    end: NDArray[np.int64],
+) -> None:
+    """Move the rays of `sensors` (m,) into every link's frame and keep those that may hit it.
+
+    A ray may hit when its sensor's cone (half angle `cone`) reaches the link's sphere and the
+    ray itself its box; links fixed to the sensor's (`welded` (L, L)) are left out. Writes
+    origins and directions (n, 3) in the link's frame, the index of each ray (row of sensors
+    * 64 * rays + zone * rays + ray) and end (L,): rays of link i are those from end[i - 1]
+    to end[i].
+    """
+    n = 0
+    R = np.empty((3, 3))
+    at = np.empty(3)
+    o = np.empty(3)
+    d = np.empty(3)
+    for link in range(len(T_base_link)):
+        B = T_base_link[link]
+        for row in range(len(sensors)):
+            k = sensors[row]
+            if welded[mount[k], link]:
+                continue
+            A = T_base_link[mount[k]]
+            for i in range(3):
+                shift = 0.0
+                for j in range(3):
+                    shift += B[j, i] * (A[j, 3] - B[j, 3])
+                    R[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
+                at[i] = shift
+                for j in range(3):
+                    at[i] += R[i, j] * origin[k, j]
+            along = 0.0
+            square = 0.0
+            for i in range(3):
+                v = centre[link, i] - at[i]
+                square += v * v
+                along += v * (R[i, 0] * axis[k, 0] + R[i, 1] * axis[k, 1] + R[i, 2] * axis[k, 2])
+            distance = np.sqrt(square)
+            if distance > radius[link]:
+                angle = np.arccos(min(1.0, max(-1.0, along / distance)))
+                if angle > cone + np.arcsin(radius[link] / distance):
+                    continue
+            for zone in range(SLOTS):
+                for ray in range(rays):
+                    first, last = 0.0, np.inf
+                    for i in range(3):
+                        d[i] = (
+                            R[i, 0] * direction[k, zone, ray, 0]
+                            + R[i, 1] * direction[k, zone, ray, 1]
+                            + R[i, 2] * direction[k, zone, ray, 2]
+                        )
+                        o[i] = at[i] + near * d[i]
+                        if d[i] == 0.0:
+                            if o[i] < low[link, i] - SLACK or o[i] > high[link, i] + SLACK:
+                                last = -1.0
+                            continue
+                        a = (low[link, i] - SLACK - o[i]) / d[i]
+                        b = (high[link, i] + SLACK - o[i]) / d[i]
+                        first = max(first, min(a, b))
+                        last = min(last, max(a, b))
+                    if first <= last:
+                        for i in range(3):
+                            out_origin[n, i] = o[i]
+                            out_direction[n, i] = d[i]
+                        out_index[n] = (row * SLOTS + zone) * rays + ray
+                        n += 1
+        end[link] = n
+
+
+@compiled
+def weigh(
+    sensors: NDArray[np.intp],
+    rays: int,
+    depth: Array,
+    mount: NDArray[np.int64],
+    own: NDArray[np.float32],
+    own_link: NDArray[np.int16],
+    cosine: NDArray[np.float32],
+    hit: NDArray[np.float32],
+    index: NDArray[np.int32],
+    end: NDArray[np.int64],
+    eps_min: float,
+    eps_base: Array,
+    eps_sigmas: float,
+    two_sided: bool,
+    verdict: NDArray[np.uint8],
+    way: NDArray[np.int16],
+    gap: Array,
+    eps: Array,
+) -> None:
+    """Compare the depth of every zone with the nearest body along its rays.
+
+    own, own_link: (K, 64, 5) ray lengths to what is fixed to the sensor, and to which link.
+    hit: ray lengths of the rays of `aim`. eps_base: (L,) [m]. Writes verdict, way (link or
+    -1), gap and eps (m, 64).
+    """
+    m = len(sensors)
+    best = np.empty(m * SLOTS * rays, dtype=np.float32)
+    link = np.empty(m * SLOTS * rays, dtype=np.int16)
+    for row in range(m):
+        k = sensors[row]
+        for zone in range(SLOTS):
+            for ray in range(rays):
+                i = (row * SLOTS + zone) * rays + ray
+                best[i] = own[k, zone, ray]
+                link[i] = own_link[k, zone, ray]
+    first = 0
+    for body in range(len(end)):
+        for n in range(first, end[body]):
+            if hit[n] < best[index[n]]:
+                best[index[n]] = hit[n]
+                link[index[n]] = body
+        first = end[body]
+    for row in range(m):
+        k = sensors[row]
+        for zone in range(SLOTS):
+            z = depth[row, zone]
+            noise = eps_sigmas * max(NOISE_FLOOR, NOISE_SHARE * abs(z))
+            nearest = np.inf
+            nearest_link = -1
+            behind = False
+            for ray in range(rays):
+                i = (row * SLOTS + zone) * rays + ray
+                if link[i] < 0:
+                    continue
+                # depths are compared along the optical axis, which is what is measured
+                g = best[i] * cosine[k, zone, ray] - z
+                behind |= g < -max(eps_min, eps_base[link[i]] + noise)
+                if abs(g) < abs(nearest):  # this ray explains the measurement best
+                    nearest = g
+                    nearest_link = link[i]
+            base = eps_base[nearest_link] if nearest_link >= 0 else eps_base[mount[k]]
+            limit = max(eps_min, base + noise)
+            way[row, zone] = nearest_link
+            gap[row, zone] = nearest
+            eps[row, zone] = limit
+            if abs(nearest) <= limit:
+                verdict[row, zone] = SELF
+            elif behind and not two_sided:
+                verdict[row, zone] = BEHIND
+            else:
+                verdict[row, zone] = KEPT
+
+
+@compiled
+def place(
+    sensors: NDArray[np.intp],
+    mount: NDArray[np.int64],
+    origin: Array,
+    reach: Array,
+    used: NDArray[np.bool_],
+    T_base_link: Array,
+    depth: Array,
+    status: NDArray[np.uint8],
+    targets: NDArray[np.uint8],
+    trusted: NDArray[np.bool_],
+    range_min: float,
+    range_max: float,
+    verdict: NDArray[np.uint8],
+    points: Array,
+) -> None:
+    """Put every zone's point into the base frame and let the sensor's own word overrule.
+
+    trusted: (256,) by target status. Changes verdict (m, 64) and writes points (m, 64, 3),
+    NaN where there is no target.
+    """
+    for row in range(len(sensors)):
+        k = sensors[row]
+        T = T_base_link[mount[k]]
+        for zone in range(SLOTS):
+            slot = k * SLOTS + zone
+            z = depth[row, zone]
+            nothing = targets[row, zone] == 0 or status[row, zone] == 255
+            for a in range(3):
+                points[row, zone, a] = np.nan
+            if not used[slot]:
+                verdict[row, zone] = EMPTY
+                continue
+            if nothing:
+                verdict[row, zone] = NO_TARGET
+                continue
+            if not trusted[status[row, zone]]:
+                verdict[row, zone] = BAD_STATUS
+            elif not (range_min <= z <= range_max):
+                verdict[row, zone] = OUT_OF_RANGE
+            for a in range(3):
+                points[row, zone, a] = T[a, 3]
+            for j in range(3):
+                v = origin[k, j] + z * reach[slot, j]
+                for a in range(3):
+                    points[row, zone, a] += T[a, j] * v
+
+
+@compiled
+def inside(
+    points: Array, T_base_box: Array, half: Array, normal: Array, offset: Array
+) -> NDArray[np.bool_]:
+    """(n,) is a point in one of the boxes or behind one of the planes? NaN is nowhere."""
+    out = np.zeros(len(points), dtype=np.bool_)
+    for i in range(len(points)):
+        p = points[i]
+        if not (np.isfinite(p[0]) and np.isfinite(p[1]) and np.isfinite(p[2])):
+            continue
+        for b in range(len(half)):
+            T = T_base_box[b]
+            x, y, z = p[0] - T[0, 3], p[1] - T[1, 3], p[2] - T[2, 3]
+            within = True
+            for a in range(3):
+                within &= abs(T[0, a] * x + T[1, a] * y + T[2, a] * z) <= half[b, a]
+            out[i] |= within
+        for b in range(len(offset)):
+            height = normal[b, 0] * p[0] + normal[b, 1] * p[1] + normal[b, 2] * p[2]
+            out[i] |= height <= offset[b]
+    return out

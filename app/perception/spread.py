@@ -1,0 +1,175 @@
+"""The compiled choice of several well-separated near points a link, for controllers with rows.
+
+A wall gives hundreds of nearly equal pairs; one stands for its neighbours. Points are thinned
+to one a voxel (the one whose lower bound is smallest), then taken from near to far while they
+differ in direction or place from every row already taken. Exact distances are only computed
+for points whose bound says that they may be next, and for no more than `LOOKS` a link: along
+a long wall the rows found are the nearest, not always all.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.messages import Array
+from app.perception.search import box_distance2, compiled, nearest_face, to_link
+
+VOXEL = 0.05  # [m] one candidate each
+TURN = float(np.cos(np.radians(25.0)))  # rows whose normals differ by more are kept both
+APART = 0.08  # [m] as are rows whose points on the robot lie farther apart
+LOOKS = 24  # exact distances computed for a link before its rows are called complete
+TABLE = 4096  # places in the table of voxels: a power of two
+CANDIDATES = 1024  # voxels a link may have within reach; the rest are farther than these
+
+
+@compiled
+def several_of_links(
+    points: Array,
+    use: NDArray[np.bool_],
+    first: NDArray[np.int64],
+    reach: float,
+    T_base_link: Array,
+    low: Array,
+    high: Array,
+    child: NDArray[np.int64],
+    start: NDArray[np.int64],
+    count: NDArray[np.int64],
+    corners: Array,
+    normals: Array,
+    root: NDArray[np.int64],
+    closed: NDArray[np.bool_],
+    distance: Array,
+    row: NDArray[np.int64],
+    on_link: Array,
+    outward: Array,
+) -> None:
+    """Up to k pairs of every link, nearer than `reach` [m], the exact closest one first.
+
+    first: (L,) rows that are the closest, -1 for none.   points: (n, 3) base frame.
+    Writes distance (L, k) (+inf), row (L, k) (-1), on_link and outward (L, k, 3) base frame.
+    """
+    k = distance.shape[1]
+    p, found = np.empty(3), np.empty(3)
+    voxel_of = np.empty((TABLE, 3), dtype=np.int64)
+    place = np.empty(TABLE, dtype=np.int64)
+    key, which = np.empty(CANDIDATES), np.empty(CANDIDATES, dtype=np.int64)
+    exact = np.empty(CANDIDATES, dtype=np.bool_)
+    feet = np.empty((LOOKS, 3))
+    foot, out = np.empty((CANDIDATES, 3)), np.empty((CANDIDATES, 3))
+    for link in range(len(root)):
+        distance[link], row[link] = np.inf, -1
+        if first[link] < 0:
+            continue
+        T, node = T_base_link[link], root[link]
+        place[:] = -1
+        n = 0
+        for i in range(len(points)):
+            if not use[i]:
+                continue
+            to_link(T, points[i], p)
+            bound = box_distance2(p, low, high, node)
+            if not (bound < reach * reach) and i != first[link]:
+                continue
+            if i == first[link]:
+                bound = -np.inf  # stands for its voxel, and is looked at first
+            x = int(np.floor(points[i, 0] / VOXEL))
+            y = int(np.floor(points[i, 1] / VOXEL))
+            z = int(np.floor(points[i, 2] / VOXEL))
+            h = (x * 73856093 ^ y * 19349663 ^ z * 83492791) & (TABLE - 1)
+            while place[h] >= 0 and not (
+                voxel_of[h, 0] == x and voxel_of[h, 1] == y and voxel_of[h, 2] == z
+            ):
+                h = (h + 1) & (TABLE - 1)
+            c = place[h]
+            if c < 0:
+                if n == CANDIDATES:
+                    if i != first[link]:
+                        continue
+                    n -= 1
+                c = n
+                n += 1
+                place[h] = c
+                voxel_of[h, 0], voxel_of[h, 1], voxel_of[h, 2] = x, y, z
+                key[c] = np.inf
+            if bound < key[c]:
+                key[c], which[c], exact[c] = bound, i, False
+        taken = 0
+        looks = 0
+        known_feet = 0
+        while taken < k:
+            c = -1
+            for j in range(n):
+                if (exact[j] or looks < LOOKS) and key[j] < np.inf and (c < 0 or key[j] < key[c]):
+                    c = j
+            if c < 0:
+                break
+            if not exact[c]:
+                looks += 1
+                to_link(T, points[which[c]], p)
+                bound = box_distance2(p, low, high, node)
+                limit = np.inf if bound == 0.0 or which[c] == first[link] else reach * reach
+                for j in range(known_feet):  # no farther than any foot that is known already
+                    known = 1e-12
+                    for a in range(3):
+                        known += (p[a] - feet[j, a]) ** 2
+                    limit = min(limit, known * 1.0001)
+                d2, face, part = nearest_face(
+                    p, limit, node, low, high, child, start, count, corners, found
+                )
+                if face < 0:
+                    key[c] = np.inf
+                    continue
+                feet[known_feet] = found
+                known_feet += 1
+                d = np.sqrt(d2)
+                v = normals[face, part]
+                side = (
+                    (p[0] - found[0]) * v[0] + (p[1] - found[1]) * v[1] + (p[2] - found[2]) * v[2]
+                )
+                key[c] = -d if bound == 0.0 and closed[link] and side < 0.0 else d
+                exact[c] = True
+                size = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+                for a in range(3):
+                    foot[c, a] = (
+                        T[a, 0] * found[0] + T[a, 1] * found[1] + T[a, 2] * found[2] + T[a, 3]
+                    )
+                    out[c, a] = (T[a, 0] * v[0] + T[a, 1] * v[1] + T[a, 2] * v[2]) / size
+                if which[c] != first[link]:
+                    continue
+            if _apart(
+                c, points[which[c]], key[c], foot, out,
+                taken, points, row[link], distance[link], on_link[link], outward[link],
+            ):  # fmt: skip
+                distance[link, taken], row[link, taken] = key[c], which[c]
+                on_link[link, taken], outward[link, taken] = foot[c], out[c]
+                taken += 1
+            key[c] = np.inf
+
+
+@compiled
+def _apart(
+    c: int,
+    point: Array,
+    d: float,
+    foot: Array,
+    out: Array,
+    taken: int,
+    points: Array,
+    row: NDArray[np.int64],
+    distance: Array,
+    on_link: Array,
+    outward: Array,
+) -> bool:
+    """Does candidate c differ in direction or place from every row that is taken?"""
+    for r in range(taken):
+        gap = 0.0
+        cosine = 0.0
+        for a in range(3):
+            gap += (foot[c, a] - on_link[r, a]) ** 2
+            mine = (foot[c, a] - point[a]) / d if abs(d) > 1e-6 else -out[c, a]
+            other = -outward[r, a]
+            if abs(distance[r]) > 1e-6:
+                other = (on_link[r, a] - points[row[r], a]) / distance[r]
+            cosine += mine * other
+        if gap <= APART * APART and cosine >= TURN:
+            return False
+    return True

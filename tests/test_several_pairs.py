@@ -1,0 +1,95 @@
+"""Several well-separated pairs a link, and holding on to a control point."""
+
+import numpy as np
+import pytest
+
+from app.perception.proximity import PAIRS, BodyPairs, SteadyPairs
+from tests.fakes import cloud_of
+from tests.test_proximity import signed_brute
+
+
+def found(robot, points, posture, reach=0.6):
+    search = BodyPairs(robot)
+    use = np.ones(len(points), dtype=bool)
+    closest = search.search(points, use, posture)
+    return closest, search.several(points, use, posture, closest, reach)
+
+
+def test_the_first_of_several_pairs_is_the_closest_and_all_are_true_distances(robot):
+    rng = np.random.default_rng(20)
+    for _ in range(20):
+        posture = robot.posture(rng.uniform(-3, 3, robot.n))
+        points = posture.T_base_link[3, :3, 3] + rng.normal(scale=0.3, size=(15, 3))
+        closest, many = found(robot, points, posture)
+        assert np.array_equal(many.distance[::PAIRS], closest.distance)
+        rows = many.distance.reshape(-1, PAIRS)
+        finite = np.where(np.isfinite(rows), rows, 1e9)
+        assert (np.diff(finite, axis=1) >= -1e-12).all()
+        for link, body in enumerate(robot.bodies):
+            T = posture.T_base_link[link]
+            d = signed_brute((points - T[:3, 3]) @ T[:3, :3], body)
+            for i in range(PAIRS):
+                slot = many.slot[link * PAIRS + i]
+                if slot >= 0:
+                    assert rows[link, i] == pytest.approx(d[slot], abs=1e-9)
+                    assert rows[link, i] < 0.6 or i == 0
+
+
+def test_rows_of_one_link_differ_in_direction_or_place(robot):
+    rng = np.random.default_rng(21)
+    posture = robot.posture(robot.home)
+    points = posture.T_base_link[3, :3, 3] + rng.normal(scale=0.3, size=(600, 3))
+    _, many = found(robot, points, posture)
+    several = 0
+    for link in range(len(robot.links)):
+        rows = [r for r in range(link * PAIRS, (link + 1) * PAIRS) if many.slot[r] >= 0]
+        for n, a in enumerate(rows):
+            for b in rows[:n]:
+                apart = np.linalg.norm(many.on_robot[a] - many.on_robot[b])
+                turn = np.degrees(np.arccos(np.clip(many.normal[a] @ many.normal[b], -1, 1)))
+                assert apart > 0.08 or turn > 25.0
+                several += 1
+    assert several > 10
+
+
+def test_two_threats_from_two_sides_are_both_found_before_a_neighbour_of_the_first(robot):
+    posture = robot.posture(robot.home)
+    middle = posture.T_base_link[3] @ np.array([-0.3, 0.0, 0.0393, 1.0])
+    side = posture.T_base_link[3, :3, 1]
+    points = np.stack([middle[:3] + s * side for s in (0.20, 0.21, -0.30)])
+    _, many = found(robot, points, posture)
+    assert many.slot[3 * PAIRS : 3 * PAIRS + 2].tolist() == [0, 2]
+
+
+def test_no_points_give_no_rows(robot):
+    _, many = found(robot, np.empty((0, 3)), robot.posture(robot.home))
+    assert many.closest == -1 and (many.slot == -1).all() and np.isinf(many.distance).all()
+
+
+def steady_slots(robot, hold, noise):
+    """Slots of the forearm's pair before two points whose distances take turns to be less."""
+    posture = robot.posture(robot.home)
+    T = posture.T_base_link[3]
+    base = np.stack([(T @ [x, 0.3, 0.0393, 1.0])[:3] for x in (-0.45, -0.2)])
+    body = BodyPairs(robot)
+    steady = SteadyPairs(body)
+    slots = []
+    for i in range(20):
+        points = base + T[:3, 1] * noise * np.array([[(-1.0) ** i], [0.0]])
+        cloud = cloud_of(points)
+        use = np.ones(2, dtype=bool)
+        closest = body.update(cloud, posture)
+        pairs = steady.update(closest, points, use, posture, hold)
+        slots.append(int(pairs.slot[3]))
+        assert pairs.distance[3] <= closest.distance[3] + hold
+        assert pairs.on_world[3] == pytest.approx(points[pairs.slot[3]])
+    return slots
+
+
+def test_equals_do_not_make_the_control_point_jump(robot):
+    assert len(set(steady_slots(robot, 0.0, 0.02))) == 2
+    assert len(set(steady_slots(robot, 0.05, 0.02))) == 1
+
+
+def test_a_point_that_is_nearer_by_more_than_the_margin_takes_over(robot):
+    assert len(set(steady_slots(robot, 0.005, 0.03))) == 2
