@@ -169,6 +169,8 @@ class Command:
     reference:  retreat speed asked for along the normal [m/s].
     scale:      0..1, by how much the joints' limits shortened what was asked for.
     control_row: row of `pairs` that the avoidance acted on, -1 if none.
+    slack:       largest amount by which a bound had to give way [m/s].
+    reason:      why the arm brakes or waits though it may move; empty otherwise.
     """
 
     qd: Array
@@ -176,6 +178,8 @@ class Command:
     reference: float = 0.0
     scale: float = 1.0
     control_row: int = -1
+    slack: float = 0.0
+    reason: str = ""
 
 
 class Mode(StrEnum):

@@ -8,8 +8,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
-from app.config import Params
+from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
+from app.control.whole_body import WholeBody
 from app.messages import Cloud, Command, CropBox, Goal, JointState, Pairs, SensorFrame
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs, MountPairs
@@ -40,7 +41,14 @@ class Pipeline:
         self._cloud = SkinCloud(robot, skin, crops)
         self._body = BodyPairs(robot)
         self._mounts = MountPairs(skin)
-        self._control = Avoidance(robot)
+        closest = Avoidance(robot)
+        self._controllers: dict[ControlMode, Avoidance | WholeBody] = {
+            "wb": closest,
+            "sm": closest,
+            "multi": Avoidance(robot, "links"),
+            "qp": WholeBody(robot, crops),
+        }
+        self._control: Avoidance | WholeBody = closest
 
     def tick(
         self,
@@ -51,10 +59,12 @@ class Pipeline:
         dt: float,
         moving: bool = True,
         watch: Stopwatch | None = None,
+        share: float = 1.0,
     ) -> Outcome:
         """One step at `joints.stamp`, `dt` [s] after the last one.
 
         goal: where the tool should go, None to rest. moving: False brakes to rest.
+        share: 0..1 of the allowed speed, less while the sensors are silent.
         """
         watch = watch or Stopwatch()
         self._history.append(joints)
@@ -66,10 +76,11 @@ class Pipeline:
         cloud = self._cloud.view(joints.stamp, params)
         watch.lap("filter")
         body = self._body.update(cloud, posture)
-        pairs = body if params.mode == "wb" else self._mounts.update(cloud, posture)
+        pairs = self._mounts.update(cloud, posture) if params.mode == "sm" else body
         watch.lap("pairs")
+        self._choose(params.mode)
         if moving:
-            command = self._control.update(posture, joints, pairs, goal, params, dt)
+            command = self._control.update(posture, joints, pairs, goal, params, dt, share=share)
         else:
             command = self._control.brake(joints, dt)
         watch.lap("control")
@@ -81,6 +92,13 @@ class Pipeline:
         cloud = self._cloud.view(joints.stamp, params)
         body = self._body.update(cloud, posture)
         return Outcome(posture, cloud, body, body, self._control.brake(joints, dt))
+
+    def _choose(self, mode: ControlMode) -> None:
+        """Another controller goes on from the command that is in force."""
+        chosen = self._controllers[mode]
+        if chosen is not self._control:
+            chosen.reset(self._control.previous)
+            self._control = chosen
 
 
 def _stamp(frame: SensorFrame) -> float:

@@ -522,9 +522,7 @@ def test_every_setting_has_a_control(page: Page) -> None:
 
 
 @pytest.mark.parametrize("name", [t.name for t in tunables() if t.low is not None])
-def test_both_ends_of_every_slider_are_accepted(
-    page: Page, engine: FakeEngine, name: str
-) -> None:
+def test_both_ends_of_every_slider_are_accepted(page: Page, engine: FakeEngine, name: str) -> None:
     control: Any = page.params.controls[name]
     for end in (control.min, control.max):
         run(page, control, end)

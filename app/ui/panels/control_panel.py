@@ -19,7 +19,12 @@ WORDS = {
     Mode.HOLDING: ("Holding", WARN, "stays where it is and gives way"),
     Mode.STOPPED: ("Stopped", ALARM, "stands still"),
 }
-CONTROL: dict[ControlMode, str] = {"wb": "Whole body (WB)", "sm": "Sensor mounts (SM)"}
+CONTROL: dict[ControlMode, str] = {
+    "wb": "Whole body (WB)",
+    "sm": "Sensor mounts (SM)",
+    "multi": "Whole body, every link",
+    "qp": "Whole body, bounds (QP)",
+}
 assert set(CONTROL) == set(get_args(ControlMode))
 
 
@@ -49,7 +54,7 @@ class ControlPanel:
         self.control = gui.add_dropdown(
             "Control points",
             tuple(CONTROL.values()),
-            hint="any point of the body, or only the sensors' mounting points",
+            hint="any point of the body, only the sensors' mounts, or every near pair at once",
         )
         run_key = gui.add_command("Run the arm", hotkey="R")
         hold_key = gui.add_command("Hold the arm", hotkey="H")

@@ -55,11 +55,7 @@ class PairView:
         self.others.visible = segments is not None
 
     def switches(self) -> list[Switch]:
-        return [
-            Switch(
-                "Link arrows", False, self._show_others, "closest pair of each body link"
-            )
-        ]
+        return [Switch("Link arrows", False, self._show_others, "closest pair of each body link")]
 
     def _closest(self, pairs: Pairs, activation: float) -> None:
         seen = pairs.closest >= 0
