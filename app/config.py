@@ -136,6 +136,9 @@ class Params:
     ssm_margin: float = tunable(
         0.10, "m", 0.0, 1.0, "control", "separation: intrusion and uncertainty of positions"
     )
+    slow_after: float = tunable(
+        0.2, "s", 0.1, 2.0, "runtime", "the arm slows when no sensor has spoken for this long"
+    )
 
     def __post_init__(self) -> None:
         for f in fields(self):

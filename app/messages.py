@@ -185,6 +185,7 @@ class Command:
 class Mode(StrEnum):
     """What the arm is allowed to do; a person's choice or a stop's."""
 
+    IDLE = "idle"  # stands still until the sensors have spoken
     RUNNING = "running"  # goes to the goal and gives way
     HOLDING = "holding"  # stays where it is and gives way
     STOPPED = "stopped"  # brakes and stands still
@@ -242,6 +243,7 @@ class Snapshot:
     health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
+    advice:      what holds the arm back though it may move, in words; empty if nothing does.
     """
 
     tick: int
@@ -261,6 +263,7 @@ class Snapshot:
     world: tuple[BodyPose, ...]
     timing: Timing
     notice: str = ""
+    advice: str = ""
 
 
 # --- the way back in ----------------------------------------------------------------------

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from app.config import Params, change
-from app.control.supervisor import Supervisor
+from app.control.supervisor import Supervisor, speed_share
 from app.errors import FlinchError
 from app.messages import (
     Action,
@@ -80,11 +80,13 @@ class Engine:
         self._health = SkinHealth(source.connected)
         self._born = clock.now()
         self._listening = self._born  # silence is counted from here until a sensor speaks
-        self._supervisor = Supervisor(Mode.RUNNING, self._born)
+        self._supervisor = Supervisor(Mode.IDLE, self._born, "waits for the first frames")
         self._ticker = Ticker(clock, self._period)
         self._last_stamp: float | None = None
         self._tick = 0
         self._notice = ""
+        self._late = ""
+        self._began = False
         here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
         self._goal = goal or here
         self._held = here
@@ -138,11 +140,16 @@ class Engine:
             frames = self._source.poll(now, self.robot.posture(joints.q))
             watch.lap("simulate")
             self._health.update(frames)
-            self._doubt(now)
+            if self._health.heard and not self._began:
+                self._began = True
+                self._supervisor.ready(now)
+            share = self._doubt(now)
             mode = self._supervisor.mode
-            moving = mode is not Mode.STOPPED and self._health.heard
+            moving = mode in (Mode.RUNNING, Mode.HOLDING) and self._health.heard
             goal = self._goal if mode is Mode.RUNNING else self._held
-            outcome = self._pipeline.tick(frames, joints, goal, self._params, dt, moving, watch)
+            outcome = self._pipeline.tick(
+                frames, joints, goal, self._params, dt, moving, watch, share
+            )
             if not np.isfinite(outcome.command.qd).all():
                 raise FlinchError("the controller asked for a joint velocity that is not finite")
             self._arm.send(outcome.command.qd, dt)
@@ -159,8 +166,8 @@ class Engine:
         self._tick += 1
         return snapshot
 
-    def _doubt(self, now: float) -> None:
-        """Stop where the sensors give a reason to."""
+    def _doubt(self, now: float) -> float:
+        """Stop where the sensors give a reason to, else the share of the speed to go on with."""
         ended = self._source.ended()
         if ended:
             self._supervisor.fault(ended, now)
@@ -171,6 +178,10 @@ class Engine:
             self._supervisor.fault(
                 f"{silent} of {connected} sensors silent for more than {limit:g} s", now
             )
+        age = self._health.age(now, self._listening, SILENT_SHARE)
+        share = speed_share(age, self._params.slow_after, limit)
+        self._late = "" if share == 1.0 else f"slow: the sensors are silent for {age:.1f} s"
+        return share
 
     def _blind(self, joints: JointState, dt: float) -> Outcome:
         """The outcome of a tick that failed: brake, with the last cloud that is left."""
@@ -202,6 +213,7 @@ class Engine:
             world=self.world.poses(),
             timing=Timing(watch.laps, late),
             notice=self._notice,
+            advice=self._late or outcome.command.reason,
         )
 
     # --- actions --------------------------------------------------------------------------

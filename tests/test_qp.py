@@ -90,6 +90,33 @@ def test_opposite_bounds_share_the_pain_and_are_solved(robot):
     assert np.isfinite(got.slack).all() and abs(got.qd[0]) <= 1.0
 
 
+def test_every_answer_is_the_minimum_within_narrow_boxes(robot):
+    """A box that is far from the optimum: the solver alone would take the wrong end of it."""
+    rng = np.random.default_rng(5)
+    solver = Solver(6)
+    W = np.diag([1, 1, 1, 0.3, 0.3, 0.3])
+
+    def cost(qd, c, rows):
+        s = np.maximum(rows.low - rows.jacobian @ qd, 0.0)
+        miss = c.tool @ qd - c.twist
+        return 5.0 * miss @ W @ miss + 1.5e-3 * qd @ qd + (50.0 * s + 50.0 * s * s).sum()
+
+    for k in range(300):
+        q, m = rng.uniform(-2, 2, 6), int(rng.integers(0, 9))
+        c = costs_of(robot, q, rng.normal(scale=0.3, size=6))
+        rows = rows_of(rng.normal(scale=0.4, size=(m, 6)), rng.uniform(-0.8, 0.1, m))
+        middle = rng.uniform(-0.3, 0.3, 6)
+        low, high = middle - 0.024, middle + 0.024
+        got = solver.solve(c, rows, low, high)
+        best = cost(got.qd, c, rows)
+        for other in rng.uniform(low, high, (50, 6)):
+            assert best <= cost(other, c, rows) + 1e-4, k
+        for share in (0.01, 0.1):  # and it cannot be improved by a step to any corner
+            for corner in rng.integers(0, 2, (50, 6)):
+                to = np.where(corner, high, low)
+                assert best <= cost(got.qd + share * (to - got.qd), c, rows) + 1e-4, k
+
+
 def test_slack_is_zero_wherever_the_bounds_can_be_met(robot):
     rng = np.random.default_rng(2)
     solver, worst = Solver(6), 0.0
@@ -217,7 +244,7 @@ def test_the_arm_does_not_run_into_itself_or_the_table(robot):
 
 def test_it_reaches_a_goal_and_rests_there(robot, control):
     arm = SimulatedArm(robot)
-    goal = robot.posture(robot.home + [0.3, 0.2, -0.2, 0.1, 0.1, 0.2]).T_base_tool
+    goal = robot.posture(robot.home + np.array([0.3, 0.2, -0.2, 0.1, 0.1, 0.2])).T_base_tool
     for i in range(1200):
         s = arm.state(i * 0.01)
         arm.send(control.update(robot.posture(s.q), s, NOTHING, Goal(goal), QP, 0.01).qd, 0.01)

@@ -17,6 +17,7 @@ import numpy as np
 
 from app.config import Params
 from app.control.clearance import KEPT, Gaps
+from app.control.compiled import compiled
 from app.control.separation import allowed_speed
 from app.messages import Array, Pairs, freeze
 from app.robot.model import Robot
@@ -63,14 +64,15 @@ def avoidance_rows(
     if approach is not None and params.use_approach:
         w = np.maximum(approach[near], 0.0)  # what recedes is not followed
     moving = w > MOVING
-    reach = np.abs(J) @ (params.speed * robot.qd_max)  # [m/s] with all joints at their limit
-    brake = BRAKING * (np.abs(J) @ robot.qdd_max)  # [m/s^2]
-    gamma = params.xi / (params.d_inf - params.d_s)
-    low = w - np.minimum(gamma * h, np.sqrt(2.0 * brake * np.maximum(h, 0.0)))
-    low = np.where(h < 0.0, w - gamma * h, low)
-    low = np.minimum(low, params.v_esc)
+    low = np.empty(len(near))
+    kappa, urgent = np.inf, np.inf
     if params.authority_cap:
-        low = np.minimum(low, np.where(moving, max(URGENT, params.kappa), params.kappa) * reach)
+        kappa, urgent = params.kappa, max(URGENT, params.kappa)
+    gamma = params.xi / (params.d_inf - params.d_s)
+    _bounds(
+        J, h, w, params.speed * robot.qd_max, robot.qdd_max, gamma, params.v_esc, kappa, urgent,
+        low,
+    )  # fmt: skip
     if params.separation:
         low = np.maximum(low, -allowed_speed(pairs.distance[near], params))
     if len(near) > most:
@@ -86,6 +88,31 @@ def avoidance_rows(
         source=near[tightest],
         inside=h[tightest] < 0.0,
     )
+
+
+@compiled
+def _bounds(
+    J: Array,
+    h: Array,
+    w: Array,
+    qd_max: Array,
+    qdd_max: Array,
+    gamma: float,
+    v_esc: float,
+    kappa: float,
+    urgent: float,
+    low: Array,
+) -> None:
+    for i in range(len(h)):
+        reach, brake = 0.0, 0.0  # [m/s], [m/s^2] along the normal with all joints at their limit
+        for j in range(J.shape[1]):
+            reach += abs(J[i, j]) * qd_max[j]
+            brake += BRAKING * abs(J[i, j]) * qdd_max[j]
+        free = gamma * h[i]
+        if h[i] > 0.0:
+            free = min(free, np.sqrt(2.0 * brake * h[i]))
+        cap = urgent if w[i] > MOVING else kappa
+        low[i] = min(w[i] - free, v_esc, cap * reach)
 
 
 def own_rows(robot: Robot, posture: Posture, gaps: Gaps, params: Params, most: int = 8) -> Rows:

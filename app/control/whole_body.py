@@ -38,6 +38,7 @@ class WholeBody:
         self._clearance = Clearance(robot, crops)
         self._solver = Solver(robot.n)
         self.reset()
+        self._warm_up()
 
     def reset(self, previous: Array | None = None) -> None:
         """Start again from rest, or from the command `previous` (n,) that is in force."""
@@ -86,6 +87,18 @@ class WholeBody:
             slack=float(answer.slack.max(initial=0.0)),
             reason="slow: too close on more sides than it can leave" if relaxed else "",
         )
+
+    def _warm_up(self) -> None:
+        """Compile what is compiled on first use now, not while the arm moves."""
+        robot = self._robot
+        posture = robot.posture(robot.home)
+        link = np.array([len(robot.links) - 1])
+        on = posture.T_base_tool[None, :3, 3]
+        n = np.array([[1.0, 0.0, 0.0]])
+        pairs = Pairs(link, np.array([0.4]), on, on - 0.4 * n, n, np.zeros(1, dtype=np.intp), 0)
+        rest = JointState(0.0, robot.home, np.zeros(robot.n))
+        self.update(posture, rest, pairs, Goal(posture.T_base_tool), Params(), 0.01)
+        self.reset()
 
     def brake(self, joints: JointState, dt: float) -> Command:
         """As fast to rest as the acceleration limits allow."""

@@ -52,6 +52,11 @@ class SkinHealth:
         quiet = now - np.maximum(self._last, since) > limit
         return int((quiet & self._connected).sum())
 
+    def age(self, now: float, since: float, share: float) -> float:
+        """Silence [s] that this share of the connected sensors has reached, from `since` on."""
+        quiet = np.sort(now - np.maximum(self._last, since)[self._connected])[::-1]
+        return float(quiet[max(int(np.ceil(share * len(quiet))) - 1, 0)]) if len(quiet) else 0.0
+
     @property
     def heard(self) -> bool:
         """Has any sensor spoken yet?"""

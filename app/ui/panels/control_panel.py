@@ -15,6 +15,7 @@ from app.ui.panels.assign import assign
 from app.ui.words import link_words
 
 WORDS = {
+    Mode.IDLE: ("Idle", GREY, "stands still"),
     Mode.RUNNING: ("Running", CALM, "goes to the goal and gives way"),
     Mode.HOLDING: ("Holding", WARN, "stays where it is and gives way"),
     Mode.STOPPED: ("Stopped", ALARM, "stands still"),
@@ -83,7 +84,7 @@ class ControlPanel:
             reason = snapshot.status.reason
             told = f"{meaning}: {reason}" if reason else meaning
             refused = f"Refused: {snapshot.notice}" if snapshot.notice else ""
-            below = refused or self._closest(snapshot)
+            below = refused or snapshot.advice or self._closest(snapshot)
             self.state.content = state_html(word, colour, told, below)
 
     def silent(self, seconds: float) -> None:
