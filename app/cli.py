@@ -47,6 +47,8 @@ class Run:
     """A scene's name, or the path of its TOML file."""
     sensors: str = "simulated"
     """'simulated' or 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor)."""
+    program: str = ""
+    """A waypoint program to follow: a name, or the path of its TOML file."""
     rate: float = 250.0
     """Ticks a second, 50 to 500."""
     seed: int = 0
@@ -75,7 +77,9 @@ class Run:
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
-        setup = Setup(self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed)
+        setup = Setup(
+            self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed, self.program
+        )
         if self.headless:
             from app.studies.headless import summary
 

@@ -243,6 +243,7 @@ class Snapshot:
     health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
+    program:     the waypoint program that runs and how far it is, in words; empty if none.
     advice:      what holds the arm back though it may move, in words; empty if nothing does.
     """
 
@@ -264,6 +265,7 @@ class Snapshot:
     timing: Timing
     notice: str = ""
     advice: str = ""
+    program: str = ""
 
 
 # --- the way back in ----------------------------------------------------------------------
@@ -315,4 +317,28 @@ class RemoveObstacle:
     name: str
 
 
-Action = SetGoal | SetParams | SetMode | AddObstacle | MoveObstacle | RemoveObstacle
+@dataclass(frozen=True, slots=True)
+class SetPose:
+    """A typed goal: place [m] and roll, pitch, yaw [rad] about the base's fixed axes."""
+
+    position: tuple[float, float, float]
+    rpy: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RunProgram:
+    """Follow a waypoint program by name; an empty name ends the one that runs."""
+
+    name: str
+
+
+Action = (
+    SetGoal
+    | SetPose
+    | RunProgram
+    | SetParams
+    | SetMode
+    | AddObstacle
+    | MoveObstacle
+    | RemoveObstacle
+)

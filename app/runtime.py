@@ -9,13 +9,15 @@ recording ends, an exception escapes a room. Only a person's action sets it goin
 import logging
 import queue
 import threading
+from collections.abc import Mapping
 from typing import Protocol
 
 import numpy as np
 
 from app.config import Params, change
+from app.control.programs import Program, ProgramRun, pose_of
 from app.control.supervisor import Supervisor, speed_share
-from app.errors import FlinchError
+from app.errors import ConfigError, FlinchError, options
 from app.messages import (
     Action,
     AddObstacle,
@@ -26,9 +28,11 @@ from app.messages import (
     Mode,
     MoveObstacle,
     RemoveObstacle,
+    RunProgram,
     SetGoal,
     SetMode,
     SetParams,
+    SetPose,
     Snapshot,
     Timing,
     freeze,
@@ -69,6 +73,7 @@ class Engine:
         goal: Goal | None = None,
         rate: float = 250.0,
         scene: str = "",
+        programs: Mapping[str, Program] | None = None,
     ) -> None:
         self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
         self.snapshots: Latest[Snapshot] = Latest()
@@ -89,6 +94,8 @@ class Engine:
         self._began = False
         here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
         self._goal = goal or here
+        self._programs = dict(programs or {})
+        self._program: ProgramRun | None = None
         self._held = here
         self._thread: threading.Thread | None = None
         self._quit = threading.Event()
@@ -107,6 +114,16 @@ class Engine:
     def params(self) -> Params:
         """The settings in force."""
         return self._params
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Names of the waypoint programs that can be run."""
+        return tuple(self._programs)
+
+    @property
+    def reached(self) -> int:
+        """Waypoints reached by the program that runs, 0 without one."""
+        return self._program.reached if self._program else 0
 
     def ended(self) -> bool:
         """Will no frame ever come again?"""
@@ -137,7 +154,8 @@ class Engine:
             if not (np.isfinite(joints.q).all() and np.isfinite(joints.qd).all()):
                 raise FlinchError("the arm reports a joint value that is not finite")
             self.world.step(now - self._born)
-            frames = self._source.poll(now, self.robot.posture(joints.q))
+            posture = self.robot.posture(joints.q)
+            frames = self._source.poll(now, posture)
             watch.lap("simulate")
             self._health.update(frames)
             if self._health.heard and not self._began:
@@ -146,6 +164,8 @@ class Engine:
             share = self._doubt(now)
             mode = self._supervisor.mode
             moving = mode in (Mode.RUNNING, Mode.HOLDING) and self._health.heard
+            if self._program and mode is Mode.RUNNING and moving:
+                self._goal = self._program.update(posture.T_base_tool, dt)
             goal = self._goal if mode is Mode.RUNNING else self._held
             outcome = self._pipeline.tick(
                 frames, joints, goal, self._params, dt, moving, watch, share
@@ -214,6 +234,7 @@ class Engine:
             timing=Timing(watch.laps, late),
             notice=self._notice,
             advice=self._late or outcome.command.reason,
+            program=self._program.words if self._program else "",
         )
 
     # --- actions --------------------------------------------------------------------------
@@ -233,7 +254,12 @@ class Engine:
     def _act(self, action: Action, now: float) -> None:
         match action:
             case SetGoal(T_base_tool=T):
-                self._goal = Goal(freeze(rigid(T)))
+                self._goal, self._program = Goal(freeze(rigid(T))), None
+            case SetPose(position=position, rpy=rpy):
+                T = rigid(pose_of(position, np.array(rpy)))
+                self._goal, self._program = Goal(freeze(T)), None
+            case RunProgram(name=name):
+                self._run_program(name, now)
             case SetParams(changes=changes):
                 self._params = change(self._params, changes)
             case SetMode(mode=mode, reason=reason):
@@ -249,6 +275,13 @@ class Engine:
                 self.world.move(name, rigid(T))
             case RemoveObstacle(name=name):
                 self.world.remove(name)
+
+    def _run_program(self, name: str, now: float) -> None:
+        """Begin a program where the tool is; an empty name rests at the present goal."""
+        if name and name not in self._programs:
+            raise ConfigError(f"no program {name!r}; {options(name, self._programs)}")
+        tool = self.robot.posture(self._arm.state(now).q).T_base_tool
+        self._program = ProgramRun(self._programs[name], tool.copy()) if name else None
 
     # --- the thread -----------------------------------------------------------------------
 

@@ -71,6 +71,11 @@ def rotation_vector(R: Array) -> Array:
     return np.asarray(pin.log3(R))
 
 
+def rotation_matrix(v: Array) -> Array:
+    """Rotation (3, 3) of a rotation vector (3,) [rad]."""
+    return np.asarray(pin.exp3(np.asarray(v, dtype=np.float64)))
+
+
 def rigid(T: Array) -> Array:
     """The rigid pose nearest to a 4x4 matrix that is nearly one; refuses what is not finite."""
     T = np.asarray(T, dtype=np.float64)
