@@ -67,6 +67,8 @@ class Run(WhichRobot):
     """A scene's name, or the path of its TOML file."""
     sensors: str = "simulated"
     """'simulated' or 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor)."""
+    program: str = ""
+    """A waypoint program to follow: a name, or the path of its TOML file."""
     rate: float = 250.0
     """Ticks a second, 50 to 500."""
     seed: int = 0
@@ -102,7 +104,7 @@ class Run(WhichRobot):
         setup = Setup(
             self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
             urdf=self.urdf, choice=self.choice(),
-            ghosts=self.ghosts,
+            ghosts=self.ghosts, program=self.program,
         )  # fmt: skip
         if self.headless:
             from app.studies.headless import summary

@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hint
 
 from app.errors import ConfigError, options
 
-ControlMode = Literal["wb", "sm"]
+ControlMode = Literal["wb", "sm", "multi", "qp"]
 
 
 def tunable(
@@ -34,7 +34,8 @@ class Params:
 
     mode: ControlMode = tunable(
         "wb", "", None, None, "control",
-        "control points: wb = any point of the body, sm = the sensors' mounting points",
+        "controller: wb = any point of the body, sm = the sensors' mounting points, "
+        "multi = every near link, qp = every near pair as a bound",
     )  # fmt: skip
     d_min: float = tunable(
         0.20, "m", 0.05, 0.40, "control", "distance at which avoidance is fully active"
@@ -117,6 +118,46 @@ class Params:
     )  # fmt: skip
     silence: float = tunable(
         0.5, "s", 0.1, 2.0, "runtime", "the arm stops when no sensor has spoken for this long"
+    )
+
+    use_approach: bool = tunable(
+        True, "", None, None, "control",
+        "count the obstacle's own speed towards the arm",
+    )  # fmt: skip
+    d_s: float = tunable(
+        0.25, "m", 0.05, 0.40, "control", "qp: distance that is kept; safety against reach"
+    )
+    d_inf: float = tunable(0.60, "m", 0.42, 1.50, "control", "qp: farther pairs are no bounds")
+    xi: float = tunable(1.0, "m/s", 0.1, 3.0, "control", "qp: approach speed that is free at d_inf")
+    v_esc: float = tunable(
+        0.5, "m/s", 0.05, 1.5, "control", "qp: largest speed of retreat that a pair demands"
+    )
+    k_g: float = tunable(10.0, "", 0.1, 100.0, "control", "qp: weight of the goal's twist")
+    k_b: float = tunable(
+        0.5, "", 0.0, 10.0, "control", "qp: weight of progress along the goal's twist"
+    )
+    slide: bool = tunable(
+        False, "", None, None, "control",
+        "qp: slide along an obstacle that blocks the goal, instead of slowing before it",
+    )  # fmt: skip
+    separation: bool = tunable(
+        False, "", None, None, "control",
+        "qp: also bound the approach by speed and separation; a model, not a certified function",
+    )  # fmt: skip
+    ssm_person: float = tunable(
+        1.6, "m/s", 0.0, 3.0, "control", "separation: speed that a person is assumed to come with"
+    )
+    ssm_reaction: float = tunable(
+        0.17, "s", 0.02, 1.0, "control", "separation: from a measurement to the first braking"
+    )
+    ssm_deceleration: float = tunable(
+        3.0, "m/s^2", 0.5, 10.0, "control", "separation: braking of a body point"
+    )
+    ssm_margin: float = tunable(
+        0.10, "m", 0.0, 1.0, "control", "separation: intrusion and uncertainty of positions"
+    )
+    slow_after: float = tunable(
+        0.2, "s", 0.1, 2.0, "runtime", "the arm slows when no sensor has spoken for this long"
     )
 
     def __post_init__(self) -> None:

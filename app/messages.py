@@ -175,6 +175,8 @@ class Command:
     reference:  retreat speed asked for along the normal [m/s].
     scale:      0..1, by how much the joints' limits shortened what was asked for.
     control_row: row of `pairs` that the avoidance acted on, -1 if none.
+    slack:       largest amount by which a bound had to give way [m/s].
+    reason:      why the arm brakes or waits though it may move; empty otherwise.
     """
 
     qd: Array
@@ -182,11 +184,14 @@ class Command:
     reference: float = 0.0
     scale: float = 1.0
     control_row: int = -1
+    slack: float = 0.0
+    reason: str = ""
 
 
 class Mode(StrEnum):
     """What the arm is allowed to do; a person's choice or a stop's."""
 
+    IDLE = "idle"  # stands still until the sensors have spoken
     RUNNING = "running"  # goes to the goal and gives way
     HOLDING = "holding"  # stays where it is and gives way
     STOPPED = "stopped"  # brakes and stands still
@@ -245,6 +250,8 @@ class Snapshot:
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
     jump:        [m] how far the acted-on control point moved since the last tick.
+    program:     the waypoint program that runs and how far it is, in words; empty if none.
+    advice:      what holds the arm back though it may move, in words; empty if nothing does.
     """
 
     tick: int
@@ -265,6 +272,8 @@ class Snapshot:
     timing: Timing
     notice: str = ""
     jump: float = 0.0
+    advice: str = ""
+    program: str = ""
 
 
 # --- the way back in ----------------------------------------------------------------------
@@ -316,4 +325,28 @@ class RemoveObstacle:
     name: str
 
 
-Action = SetGoal | SetParams | SetMode | AddObstacle | MoveObstacle | RemoveObstacle
+@dataclass(frozen=True, slots=True)
+class SetPose:
+    """A typed goal: place [m] and roll, pitch, yaw [rad] about the base's fixed axes."""
+
+    position: tuple[float, float, float]
+    rpy: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RunProgram:
+    """Follow a waypoint program by name; an empty name ends the one that runs."""
+
+    name: str
+
+
+Action = (
+    SetGoal
+    | SetPose
+    | RunProgram
+    | SetParams
+    | SetMode
+    | AddObstacle
+    | MoveObstacle
+    | RemoveObstacle
+)

@@ -10,8 +10,9 @@ from itertools import groupby
 
 import numpy as np
 
-from app.config import Params
+from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
+from app.control.whole_body import WholeBody
 from app.messages import (
     Array,
     Cloud,
@@ -60,7 +61,14 @@ class Pipeline:
         self._steady = SteadyPairs(self._body)
         self._mounts = MountPairs(skin)
         self._point: Array | None = None  # control point of the last tick
-        self._control = Avoidance(robot)
+        closest = Avoidance(robot)
+        self._controllers: dict[ControlMode, Avoidance | WholeBody] = {
+            "wb": closest,
+            "sm": closest,
+            "multi": Avoidance(robot, "links"),
+            "qp": WholeBody(robot, crops),
+        }
+        self._control: Avoidance | WholeBody = closest
 
     def tick(
         self,
@@ -71,10 +79,12 @@ class Pipeline:
         dt: float,
         moving: bool = True,
         watch: Stopwatch | None = None,
+        share: float = 1.0,
     ) -> Outcome:
         """One step at `joints.stamp`, `dt` [s] after the last one.
 
         goal: where the tool should go, None to rest. moving: False brakes to rest.
+        share: 0..1 of the allowed speed, less while the sensors are silent.
         """
         watch = watch or Stopwatch()
         self._history.append(joints)
@@ -94,8 +104,9 @@ class Pipeline:
         else:
             pairs = self._steady.update(body, points, use, posture, params.pair_hold)
         watch.lap("pairs")
+        self._choose(params.mode)
         if moving:
-            command = self._control.update(posture, joints, pairs, goal, params, dt)
+            command = self._control.update(posture, joints, pairs, goal, params, dt, share=share)
         else:
             command = self._control.brake(joints, dt)
         watch.lap("control")
@@ -115,6 +126,13 @@ class Pipeline:
         cloud = self._cloud.view(joints.stamp, params)
         body = self._body.update(cloud, posture)
         return Outcome(posture, cloud, body, body, self._control.brake(joints, dt))
+
+    def _choose(self, mode: ControlMode) -> None:
+        """Another controller goes on from the command that is in force."""
+        chosen = self._controllers[mode]
+        if chosen is not self._control:
+            chosen.reset(self._control.previous)
+            self._control = chosen
 
 
 def _stamp(frame: SensorFrame) -> float:

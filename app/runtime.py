@@ -9,14 +9,16 @@ recording ends, an exception escapes a room. Only a person's action sets it goin
 import logging
 import queue
 import threading
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Protocol
 
 import numpy as np
 
 from app.config import Params, change
-from app.control.supervisor import Supervisor
-from app.errors import FlinchError
+from app.control.programs import Program, ProgramRun, pose_of
+from app.control.supervisor import Supervisor, speed_share
+from app.errors import ConfigError, FlinchError, options
 from app.messages import (
     Action,
     AddObstacle,
@@ -27,9 +29,11 @@ from app.messages import (
     Mode,
     MoveObstacle,
     RemoveObstacle,
+    RunProgram,
     SetGoal,
     SetMode,
     SetParams,
+    SetPose,
     Snapshot,
     Timing,
     freeze,
@@ -70,6 +74,7 @@ class Engine:
         goal: Goal | None = None,
         rate: float = 250.0,
         scene: str = "",
+        programs: Mapping[str, Program] | None = None,
     ) -> None:
         self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
         self.snapshots: Latest[Snapshot] = Latest()
@@ -81,13 +86,17 @@ class Engine:
         self._health = SkinHealth(source.connected)
         self._born = clock.now()
         self._listening = self._born  # silence is counted from here until a sensor speaks
-        self._supervisor = Supervisor(Mode.RUNNING, self._born)
+        self._supervisor = Supervisor(Mode.IDLE, self._born, "waits for the first frames")
         self._ticker = Ticker(clock, self._period)
         self._last_stamp: float | None = None
         self._tick = 0
         self._notice = ""
+        self._late = ""
+        self._began = False
         here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
         self._goal = goal or here
+        self._programs = dict(programs or {})
+        self._program: ProgramRun | None = None
         self._held = here
         self._thread: threading.Thread | None = None
         self._quit = threading.Event()
@@ -106,6 +115,16 @@ class Engine:
     def params(self) -> Params:
         """The settings in force."""
         return self._params
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Names of the waypoint programs that can be run."""
+        return tuple(self._programs)
+
+    @property
+    def reached(self) -> int:
+        """Waypoints reached by the program that runs, 0 without one."""
+        return self._program.reached if self._program else 0
 
     def ended(self) -> bool:
         """Will no frame ever come again?"""
@@ -139,14 +158,23 @@ class Engine:
             if not (np.isfinite(joints.q).all() and np.isfinite(joints.qd).all()):
                 raise FlinchError("the arm reports a joint value that is not finite")
             self.world.step(now - self._born)
-            frames = self._source.poll(now, self.robot.posture(joints.q))
+            posture = self.robot.posture(joints.q)
+            frames = self._source.poll(now, posture)
             watch.lap("simulate")
             self._health.update(frames)
-            self._doubt(now)
+            if not self._began and self._health.heard_since(self._born):
+                self._began = True
+                self._supervisor.ready(now)
+            share = self._doubt(now)
             mode = self._supervisor.mode
-            moving = mode is not Mode.STOPPED and self._health.heard_since(self._listening)
+            moving = mode in (Mode.RUNNING, Mode.HOLDING)
+            moving = moving and self._health.heard_since(self._listening)
+            if self._program and mode is Mode.RUNNING and moving:
+                self._goal = self._program.update(posture.T_base_tool, dt)
             goal = self._goal if mode is Mode.RUNNING else self._held
-            outcome = self._pipeline.tick(frames, joints, goal, self._params, dt, moving, watch)
+            outcome = self._pipeline.tick(
+                frames, joints, goal, self._params, dt, moving, watch, share
+            )
             if not np.isfinite(outcome.command.qd).all():
                 raise FlinchError("the controller asked for a joint velocity that is not finite")
             self._arm.send(outcome.command.qd, dt)
@@ -163,8 +191,8 @@ class Engine:
         self._tick += 1
         return snapshot
 
-    def _doubt(self, now: float) -> None:
-        """Stop where the sensors give a reason to."""
+    def _doubt(self, now: float) -> float:
+        """Stop where the sensors give a reason to, else the share of the speed to go on with."""
         ended = self._source.ended()
         if ended:
             self._supervisor.fault(ended, now)
@@ -175,6 +203,10 @@ class Engine:
             self._supervisor.fault(
                 f"{silent} of {connected} sensors silent for more than {limit:g} s", now
             )
+        age = self._health.age(now, self._listening, SILENT_SHARE)
+        share = speed_share(age, self._params.slow_after, limit)
+        self._late = "" if share == 1.0 else f"slow: the sensors are silent for {age:.1f} s"
+        return share
 
     def _blind(self, joints: JointState, dt: float) -> Outcome:
         """The outcome of a tick that failed: brake, with the last cloud that is left."""
@@ -207,6 +239,8 @@ class Engine:
             timing=Timing(watch.laps, late),
             notice=self._notice,
             jump=outcome.jump,
+            advice=self._late or outcome.command.reason,
+            program=self._program.words if self._program else "",
         )
 
     # --- actions --------------------------------------------------------------------------
@@ -226,7 +260,12 @@ class Engine:
     def _act(self, action: Action, now: float) -> None:
         match action:
             case SetGoal(T_base_tool=T):
-                self._goal = Goal(freeze(rigid(T)))
+                self._goal, self._program = Goal(freeze(rigid(T))), None
+            case SetPose(position=position, rpy=rpy):
+                T = rigid(pose_of(position, np.array(rpy)))
+                self._goal, self._program = Goal(freeze(T)), None
+            case RunProgram(name=name):
+                self._run_program(name, now)
             case SetParams(changes=changes):
                 self._params = change(self._params, changes)
             case SetMode(mode=mode, reason=reason):
@@ -242,6 +281,13 @@ class Engine:
                 self.world.move(name, rigid(T))
             case RemoveObstacle(name=name):
                 self.world.remove(name)
+
+    def _run_program(self, name: str, now: float) -> None:
+        """Begin a program where the tool is; an empty name rests at the present goal."""
+        if name and name not in self._programs:
+            raise ConfigError(f"no program {name!r}; {options(name, self._programs)}")
+        tool = self.robot.posture(self._arm.state(now).q).T_base_tool
+        self._program = ProgramRun(self._programs[name], tool.copy()) if name else None
 
     # --- the thread -----------------------------------------------------------------------
 

@@ -5,7 +5,9 @@ from pathlib import Path
 
 from app.assets import asset_folder
 from app.config import Params
+from app.control.programs import find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
+from app.messages import RunProgram
 from app.robot.arm import SimulatedArm
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
@@ -31,6 +33,7 @@ class Setup:
     sensors: str = "simulated"  # or replay:PATH[@SENSOR]
     rate: float = 250.0
     seed: int = 0
+    program: str = ""  # a waypoint program's name or path, run from the start
     ideal: bool = False  # sensors without noise, bias and dropout
     urdf: str = ""  # a bare URDF instead of a robot's folder
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
@@ -67,11 +70,18 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
             f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has {robot.n} "
             "joints; choose a scene made for this robot, or give the posture with --home-deg"
         )
+    programs = shipped_programs()
+    if setup.program:
+        own = load_program(find_program(setup.program))
+        programs[own.name] = own
     arm = SimulatedArm(robot, home)
-    return Engine(
+    engine = Engine(
         robot, skin, arm, source, world, clock,
-        params=params, goal=goal, rate=setup.rate, scene=title,
+        params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
     )  # fmt: skip
+    if setup.program:
+        engine.post(RunProgram(own.name))
+    return engine
 
 
 def build_robot(setup: Setup) -> Robot:

@@ -65,6 +65,7 @@ class FakeEngine:
     snapshots: Latest[Snapshot] = field(default_factory=Latest)
     source: str = "a test"
     scene: str = "none"
+    programs: tuple[str, ...] = ("screws",)
     crops: tuple[CropBox, ...] = (CropBox("table", np.eye(4), np.array([1.0, 1.0, 0.1])),)
     posted: list[Action] = field(default_factory=list)
 

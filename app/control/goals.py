@@ -1,5 +1,7 @@
 """From a goal pose to a bounded tool twist."""
 
+from math import sqrt
+
 import numpy as np
 
 from app.messages import Array
@@ -39,5 +41,5 @@ def goal_error(T_base_tool: Array, T_base_goal: Array) -> tuple[float, float]:
 
 
 def _shorten(v: Array, longest: float) -> Array:
-    length = float(np.linalg.norm(v))
+    length = sqrt(v @ v)
     return v if length <= longest else v * (longest / length)

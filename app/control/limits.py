@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from app.control.compiled import compiled
 from app.messages import Array
 from app.robot.model import Robot
 
@@ -21,16 +22,21 @@ class VelocityBox:
     change: Array
 
 
-def velocity_box(robot: Robot, q: Array, speed: float, dt: float) -> VelocityBox:
+def velocity_box(
+    robot: Robot, q: Array, speed: float, dt: float, previous: Array | None = None
+) -> VelocityBox:
     """The box at q for the next `dt` [s]; `speed` is the share of the velocity limits in use.
 
     Towards a position limit the speed falls linearly with the distance and never exceeds
-    what can still be braked; beyond it (a start outside) the way back is demanded.
+    what can still be braked; beyond it (a start outside) the way back is demanded. With the
+    `previous` command (n,) a lower share is reached by braking, not by a jump.
     """
-    qd_max = speed * robot.qd_max
-    high = np.clip(_approach(robot.q_max - MARGIN - q, robot.qdd_max), -qd_max, qd_max)
-    low = -np.clip(_approach(q - robot.q_min - MARGIN, robot.qdd_max), -qd_max, qd_max)
-    return VelocityBox(low, high, robot.qdd_max * dt)
+    low, high, change = np.empty(robot.n), np.empty(robot.n), robot.qdd_max * dt
+    running = np.zeros(robot.n) if previous is None else previous
+    _fill(
+        q, robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max, speed, running, change, low, high
+    )
+    return VelocityBox(low, high, change)
 
 
 def bring_into(qd: Array, previous: Array, box: VelocityBox) -> tuple[Array, float]:
@@ -40,14 +46,45 @@ def bring_into(qd: Array, previous: Array, box: VelocityBox) -> tuple[Array, flo
     change of speed is shortened as a whole, so that the motion keeps its direction. Where
     both cannot be had, position wins over acceleration.
     """
-    wanted = np.clip(qd, box.low, box.high)
-    change = np.abs(wanted - previous)
-    over = change > box.change
-    share = float((box.change[over] / change[over]).min()) if over.any() else 1.0
-    return np.clip(previous + share * (wanted - previous), box.low, box.high), share
+    out = np.empty(len(qd))
+    return out, _bring(qd, previous, box.low, box.high, box.change, out)
 
 
-def _approach(distance: Array, qdd_max: Array) -> Array:
-    inside = np.maximum(distance, 0.0)
-    speed = np.minimum(STIFFNESS * inside, np.sqrt(2.0 * BRAKING * qdd_max * inside))
-    return np.where(distance < 0.0, STIFFNESS * distance, speed)
+@compiled
+def _fill(
+    q: Array,
+    q_min: Array,
+    q_max: Array,
+    qd_max: Array,
+    qdd_max: Array,
+    speed: float,
+    previous: Array,
+    change: Array,
+    low: Array,
+    high: Array,
+) -> None:
+    for j in range(len(q)):
+        still_braking = abs(previous[j]) - change[j]
+        v = min(max(speed * qd_max[j], still_braking), qd_max[j])
+        high[j] = min(max(_approach(q_max[j] - MARGIN - q[j], qdd_max[j]), -v), v)
+        low[j] = -min(max(_approach(q[j] - q_min[j] - MARGIN, qdd_max[j]), -v), v)
+
+
+@compiled
+def _approach(distance: float, qdd_max: float) -> float:
+    if distance < 0.0:
+        return STIFFNESS * distance
+    return min(STIFFNESS * distance, np.sqrt(2.0 * BRAKING * qdd_max * distance))
+
+
+@compiled
+def _bring(qd: Array, previous: Array, low: Array, high: Array, most: Array, out: Array) -> float:
+    share = 1.0
+    for j in range(len(qd)):
+        out[j] = min(max(qd[j], low[j]), high[j])
+        change = abs(out[j] - previous[j])
+        if change > most[j]:
+            share = min(share, most[j] / change)
+    for j in range(len(qd)):
+        out[j] = min(max(previous[j] + share * (out[j] - previous[j]), low[j]), high[j])
+    return share

@@ -16,7 +16,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.control.compiled import compiled
 from app.messages import Array
 
 
@@ -38,49 +40,86 @@ class Regularisation:
     eta: float = 10.0
 
 
-def damping(sigma: Array, reg: Regularisation) -> Array:
-    """p(sigma): lambda_r at 0, falling as a raised cosine to 0 at theta."""
-    shape = 0.5 * (1.0 + np.cos(np.pi * np.minimum(sigma / reg.theta, 1.0)))
-    return reg.lambda_r * shape
-
-
-def regularised_inverse(M: Array, reg: Regularisation) -> Array:
-    """Inverse of a symmetric positive semi-definite M (n, n), damped near singularity."""
-    sigma, U = np.linalg.eigh(M)
-    sigma = np.maximum(sigma, 0.0)
-    inverse = np.where(
-        sigma < 1e-12, 0.0, sigma / np.maximum(sigma**2 + damping(sigma, reg), 1e-300)
-    )
-    return (U * inverse) @ U.T
-
-
 def solve(tasks: Sequence[Task], qd_max: Array, reg: Regularisation) -> tuple[Array, float]:
     """Joint velocities (n,) for `tasks`, highest priority first, and the smallest scale used.
 
     qd_max: (n,) bound on each joint's speed. A level that would push a joint over it is
     shortened as a whole (direction kept), so a lower level never takes from a higher one.
     """
-    n = len(qd_max)
-    rho, Q, smallest = np.zeros(n), np.eye(n), 1.0
-    for task in tasks:
-        a = task.activation
-        X = task.jacobian @ Q
-        XtA = X.T * a
-        gram, XtAA = XtA @ X, XtA * a
-        I_Q = np.eye(n) - Q
-        G = regularised_inverse(gram, reg) @ XtAA
-        W = X @ (regularised_inverse(gram + reg.eta * (I_Q.T @ I_Q), reg) @ XtAA)
-        delta = Q @ (G @ (W @ (task.reference - task.jacobian @ rho)))
+    first = np.zeros(len(tasks) + 1, dtype=np.int64)
+    np.cumsum([len(t.reference) for t in tasks], out=first[1:])
+    rho = np.zeros(len(qd_max))
+    scale = _recursion(
+        np.concatenate([t.jacobian for t in tasks]),
+        np.concatenate([t.reference for t in tasks]),
+        np.concatenate([t.activation for t in tasks]),
+        first, qd_max, reg.lambda_r, reg.theta, reg.eta, rho,
+    )  # fmt: skip
+    return rho, scale
+
+
+@compiled
+def _recursion(
+    jacobian: Array,
+    reference: Array,
+    activation: Array,
+    first: NDArray[np.int64],
+    qd_max: Array,
+    lambda_r: float,
+    theta: float,
+    eta: float,
+    rho: Array,
+) -> float:
+    """All levels; level k has the rows first[k]:first[k + 1]. Writes rho (n,)."""
+    identity = np.eye(len(qd_max))
+    Q = identity.copy()
+    smallest = 1.0
+    for k in range(len(first) - 1):
+        J = np.ascontiguousarray(jacobian[first[k] : first[k + 1]])
+        a = activation[first[k] : first[k + 1]]
+        X = J @ Q
+        XtA = np.ascontiguousarray(X.T) * a
+        XtAA = XtA * a
+        gram = XtA @ X
+        I_Q = identity - Q
+        prefer = eta * (np.ascontiguousarray(I_Q.T) @ I_Q)
+        G = regularised_inverse(gram, lambda_r, theta) @ XtAA
+        # at the first level everything is free and both inverses are the same
+        H = G if k == 0 else regularised_inverse(gram + prefer, lambda_r, theta) @ XtAA
+        W = X @ H
+        wanted = reference[first[k] : first[k + 1]] - J @ rho
+        delta = Q @ (G @ (W @ wanted))
         scale = largest_step(rho, delta, qd_max)
         smallest = min(smallest, scale)
-        rho = rho + scale * delta
-        Q = Q @ (np.eye(n) - G @ X)
-    return rho, smallest
+        rho += scale * delta
+        Q = Q @ (identity - G @ X)
+    return smallest
 
 
+@compiled
+def regularised_inverse(M: Array, lambda_r: float, theta: float) -> Array:
+    """Inverse of a symmetric positive semi-definite M (n, n), damped near singularity."""
+    sigma, U = np.linalg.eigh(M)
+    for i in range(len(sigma)):
+        s = max(sigma[i], 0.0)
+        sigma[i] = 0.0 if s < 1e-12 else s / (s * s + damping(s, lambda_r, theta))
+    return (U * sigma) @ np.ascontiguousarray(U.T)
+
+
+@compiled
+def damping(sigma: float, lambda_r: float, theta: float) -> float:
+    """p(sigma): lambda_r at 0, falling as a raised cosine to 0 at theta."""
+    if sigma >= theta:
+        return 0.0
+    return lambda_r * 0.5 * (1.0 + np.cos(np.pi * sigma / theta))
+
+
+@compiled
 def largest_step(rho: Array, delta: Array, qd_max: Array) -> float:
     """Largest s in [0, 1] with |rho + s delta| <= qd_max on every joint."""
-    room = np.where(delta > 0.0, qd_max - rho, qd_max + rho)
-    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        s = np.where(delta != 0.0, room / np.abs(delta), np.inf)
-    return float(np.clip(s.min(), 0.0, 1.0))
+    s = 1.0
+    for j in range(len(rho)):
+        if delta[j] != 0.0:
+            room = qd_max[j] - rho[j] if delta[j] > 0.0 else qd_max[j] + rho[j]
+            s = min(s, room / abs(delta[j]))
+    return max(s, 0.0)

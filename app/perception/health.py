@@ -73,3 +73,8 @@ class SkinHealth:
     def heard_since(self, since: float) -> bool:
         """Is there a frame that was measured at `since` [s] or later?"""
         return bool((self._last >= since).any())
+
+    def age(self, now: float, since: float, share: float) -> float:
+        """Silence [s] that this share of the connected sensors has reached, from `since` on."""
+        quiet = np.sort(now - np.maximum(self._last, since)[self._connected])[::-1]
+        return float(quiet[max(int(np.ceil(share * len(quiet))) - 1, 0)]) if len(quiet) else 0.0

@@ -9,6 +9,7 @@ from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.engine import Engine
 from app.ui.panels.control_panel import ControlPanel
+from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
@@ -92,6 +93,8 @@ class Page:
         tabs = gui.add_tab_group()
         with tabs.add_tab("Obstacles"):
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
+        with tabs.add_tab("Goal"):
+            self.goals = GoalPanel(server, engine)
         with tabs.add_tab("View"):
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
@@ -107,7 +110,7 @@ class Page:
 
         views = (
             self.stage, self.robot, self.cloud, self.pair, self.goal, self.world,
-            self.control, self.obstacles, self.params, self.plot, self.health,
+            self.control, self.obstacles, self.goals, self.params, self.plot, self.health,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
 

@@ -15,11 +15,17 @@ from app.ui.panels.assign import assign
 from app.ui.words import link_words
 
 WORDS = {
+    Mode.IDLE: ("Idle", GREY, "stands still"),
     Mode.RUNNING: ("Running", CALM, "goes to the goal and gives way"),
     Mode.HOLDING: ("Holding", WARN, "stays where it is and gives way"),
     Mode.STOPPED: ("Stopped", ALARM, "stands still"),
 }
-CONTROL: dict[ControlMode, str] = {"wb": "Whole body (WB)", "sm": "Sensor mounts (SM)"}
+CONTROL: dict[ControlMode, str] = {
+    "wb": "Whole body (WB)",
+    "sm": "Sensor mounts (SM)",
+    "multi": "Whole body, every link",
+    "qp": "Whole body, bounds (QP)",
+}
 assert set(CONTROL) == set(get_args(ControlMode))
 
 
@@ -49,7 +55,7 @@ class ControlPanel:
         self.control = gui.add_dropdown(
             "Control points",
             tuple(CONTROL.values()),
-            hint="any point of the body, or only the sensors' mounting points",
+            hint="any point of the body, only the sensors' mounts, or every near pair at once",
         )
         run_key = gui.add_command("Run the arm", hotkey="R")
         hold_key = gui.add_command("Hold the arm", hotkey="H")
@@ -78,7 +84,7 @@ class ControlPanel:
             reason = snapshot.status.reason
             told = f"{meaning}: {reason}" if reason else meaning
             refused = f"Refused: {snapshot.notice}" if snapshot.notice else ""
-            below = refused or self._closest(snapshot)
+            below = refused or snapshot.advice or self._closest(snapshot)
             self.state.content = state_html(word, colour, told, below)
 
     def silent(self, seconds: float) -> None:

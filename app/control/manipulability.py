@@ -1,0 +1,37 @@
+"""How far the arm is from a singular posture, and which way leads out (Yoshikawa 1985)."""
+
+import numpy as np
+
+from app.messages import Array
+from app.robot.posture import Posture
+
+LEAST = 1e-6  # [m^3] below it no direction is better than another
+
+
+def manipulability(tool: Array) -> float:
+    """mu = sqrt(det(J J^T)) of a tool jacobian (6, n)."""
+    if tool.shape[0] == tool.shape[1]:
+        return abs(float(np.linalg.det(tool)))
+    return float(np.sqrt(max(np.linalg.det(tool @ tool.T), 0.0)))
+
+
+def manipulability_gradient(posture: Posture, mu: float) -> Array:
+    """d mu / d q (n,) of an arm with six joints; zero for others and at the singularity itself.
+
+    Turning joint j moves the axes of the joints behind it as rigid bodies: column k of the
+    spatial jacobian changes by the Lie bracket of columns j and k. The determinant is the
+    same at the base's origin and at the tool.
+    """
+    J = posture.J_base
+    n = J.shape[1]
+    if J.shape[0] != n or not posture.tool_support.all() or mu < LEAST:
+        return np.zeros(n)
+    inverse = np.linalg.inv(J)
+    v, w = J[:3].T, J[3:].T
+    out = np.zeros(n)
+    for j in range(n - 1):
+        linear = np.cross(w[j], v[j + 1 :]) + np.cross(v[j], w[j + 1 :])
+        angular = np.cross(w[j], w[j + 1 :])
+        change = np.concatenate((linear, angular), axis=1)  # (n - j - 1, 6)
+        out[j] = mu * float((inverse[j + 1 :] * change).sum())
+    return out

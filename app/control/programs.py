@@ -1,0 +1,158 @@
+"""Waypoint programs: where the tool goes one after another, how near, and how long it stays.
+
+The goal runs ahead of the tool on the straight line to the next waypoint and waits when the
+tool falls behind: an arm that had to give way comes back to the line where it left it.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from msgspec import Meta
+
+from app.assets import asset_folder, find_asset
+from app.control.goals import goal_error
+from app.control.path import StraightPath, straight_path
+from app.errors import ConfigError
+from app.messages import Array, Goal, freeze
+from app.robot.posture import rotation_matrix
+from app.toml import Table, read_toml
+
+LEASH = 0.15  # [m] the goal stands still when the tool is this far behind
+LEASH_TURN = 0.5  # [rad]
+
+Positive = Annotated[float, Meta(gt=0)]
+Triple = Annotated[list[float], Meta(min_length=3, max_length=3)]
+
+
+class WaypointTable(Table, frozen=True):
+    """One `[[waypoint]]`; metres, degrees (roll, pitch, yaw about fixed axes), seconds."""
+
+    name: str
+    position_m: Triple
+    rpy_deg: Triple
+    dwell_s: Annotated[float, Meta(ge=0)] = 0.0
+
+
+class ProgramTable(Table, frozen=True):
+    """A program's file."""
+
+    title: str
+    waypoint: Annotated[list[WaypointTable], Meta(min_length=1)]
+    reach_m: Positive = 0.02
+    reach_deg: Positive = 6.0
+    speed_mps: Positive = 0.2
+    turn_dps: Positive = 40.0
+    loop: bool = False
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Waypoint:
+    """Where the tool goes (4, 4) and how long it stays [s]."""
+
+    name: str
+    T_base_tool: Array
+    dwell: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Program:
+    """Waypoints in order; a waypoint is reached within `reach` [m] and `reach_turn` [rad]."""
+
+    name: str
+    title: str
+    waypoints: tuple[Waypoint, ...]
+    reach: float
+    reach_turn: float
+    speed: float
+    turn_speed: float
+    loop: bool
+
+
+def find_program(name_or_path: str) -> Path:
+    """The file of a shipped program's name, or of a path to a `.toml`."""
+    folder = asset_folder("static_assets") / "programs"
+    return find_asset(name_or_path, folder, ".toml", ConfigError)
+
+
+def shipped_programs() -> dict[str, Program]:
+    """All programs of the installation by name."""
+    files = sorted((asset_folder("static_assets") / "programs").glob("*.toml"))
+    return {f.stem: load_program(f) for f in files}
+
+
+def load_program(path: Path) -> Program:
+    """Read a program; a ConfigError names the file, the key and the remedy."""
+    t = read_toml(path, ProgramTable, ConfigError)
+    for w in t.waypoint:
+        if not np.isfinite([*w.position_m, *w.rpy_deg]).all():
+            raise ConfigError(f"{path}: waypoint {w.name!r} is not finite; give numbers")
+    points = tuple(
+        Waypoint(w.name, pose_of(w.position_m, np.radians(w.rpy_deg)), w.dwell_s)
+        for w in t.waypoint
+    )
+    return Program(
+        path.stem, t.title, points, t.reach_m, float(np.radians(t.reach_deg)),
+        t.speed_mps, float(np.radians(t.turn_dps)), t.loop,
+    )  # fmt: skip
+
+
+def pose_of(position: Array | list[float] | tuple[float, ...], rpy: Array) -> Array:
+    """(4, 4) of a place [m] and roll, pitch, yaw [rad] about the base's fixed x, y, z."""
+    x, y, z = (rotation_matrix(a * e) for a, e in zip(rpy, np.eye(3), strict=True))
+    T = np.eye(4)
+    T[:3, :3] = z @ y @ x
+    T[:3, 3] = position
+    return freeze(T)
+
+
+class ProgramRun:
+    """A program on its way; `update` once a tick."""
+
+    def __init__(self, program: Program, T_base_tool: Array) -> None:
+        self.program = program
+        self.reached = 0
+        self.done = False
+        self._index = 0
+        self._stay = 0.0
+        self._share = 0.0
+        self._set_out(T_base_tool)
+
+    @property
+    def words(self) -> str:
+        """Where it stands, for a person."""
+        n = len(self.program.waypoints)
+        name = self.program.waypoints[self._index].name
+        return f"{self.program.name} {self._index + 1}/{n} {name}, {self.reached} reached"
+
+    def update(self, T_base_tool: Array, dt: float) -> Goal:
+        """The goal for the next `dt` [s], given where the tool is."""
+        p, to = self.program, self.program.waypoints[self._index]
+        if self._share < 1.0:
+            behind, turn = goal_error(T_base_tool, self._path.pose(self._share))
+            pace = max(0.0, 1.0 - max(behind / LEASH, turn / LEASH_TURN))
+            step = dt / self._path.duration if self._path.duration > 0.0 else 1.0
+            self._share = min(1.0, self._share + pace * step)
+            return Goal(self._path.pose(self._share))
+        error, angle = goal_error(T_base_tool, to.T_base_tool)
+        if self._stay > 0.0 or (error <= p.reach and angle <= p.reach_turn):
+            self._stay += dt
+        if self._stay > to.dwell and not self.done:
+            self.reached += 1
+            self._next()
+        return Goal(to.T_base_tool)
+
+    def _next(self) -> None:
+        here = self.program.waypoints[self._index].T_base_tool
+        last = self._index + 1 == len(self.program.waypoints)
+        if last and not self.program.loop:
+            self.done = True
+            return
+        self._index = (self._index + 1) % len(self.program.waypoints)
+        self._set_out(here)
+
+    def _set_out(self, T: Array) -> None:
+        p, to = self.program, self.program.waypoints[self._index]
+        self._path: StraightPath = straight_path(T, to.T_base_tool, p.speed, p.turn_speed)
+        self._share, self._stay = 0.0, 0.0

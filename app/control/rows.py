@@ -1,0 +1,143 @@
+"""Bounds on the joint velocities: one row for each pair that is to be kept apart.
+
+A row says  J qd + s >= low , where J qd is the rate of a distance and s >= 0 the slack that it
+costs `linear` s + `quadratic` s^2 / 2 to take. For a pair at distance d
+
+    low = w - min( gamma h, sqrt(2 a h) ) ,   h = d - d_s ,   gamma = xi / (d_inf - d_s)
+
+which is the velocity damper of Faverjon and Tournassoud ("A local based approach for path
+planning of manipulators with a high number of degrees of freedom", 1987) with the obstacle's
+own approach speed w added; the root is what can still be braked with the deceleration a. Only
+what approaches is slowed: moving away and along is free. Inside d_s a retreat is demanded.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.config import Params
+from app.control.clearance import KEPT, Gaps
+from app.control.compiled import compiled
+from app.control.separation import allowed_speed
+from app.messages import Array, Pairs, freeze
+from app.robot.model import Robot
+from app.robot.posture import Posture
+
+MOVING = 0.12  # [m/s] from this approach speed on the obstacle counts as moving
+URGENT = 0.5  # share of the reachable speed that may be demanded before a moving obstacle
+BRAKING = 0.5  # share of the reachable deceleration that is counted on
+SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
+SELF_GAIN = 5.0  # [1/s]
+STATIC_COST, MOVING_COST, SELF_COST = (50.0, 100.0), (100.0, 100.0), (500.0, 1000.0)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Rows:
+    """m bounds: jacobian (m, n), low (m,) [m/s], linear and quadratic cost of slack (m,).
+
+    source: (m,) row of the pairs that a bound came from, -1 for the robot itself and the cell.
+    inside: (m,) bool, the pair is nearer than it should be.
+    """
+
+    jacobian: Array
+    low: Array
+    linear: Array
+    quadratic: Array
+    source: np.ndarray
+    inside: np.ndarray
+
+
+def avoidance_rows(
+    robot: Robot,
+    posture: Posture,
+    pairs: Pairs,
+    params: Params,
+    approach: Array | None = None,
+    most: int = 24,
+) -> Rows:
+    """The `most` tightest bounds of the world's pairs nearer than d_inf."""
+    can_move = robot.supports[pairs.link].any(axis=1)
+    near = np.flatnonzero((pairs.distance < params.d_inf) & can_move)
+    J = posture.distance_rows(pairs.link[near], pairs.on_robot[near], pairs.normal[near])
+    h = pairs.distance[near] - params.d_s
+    w = np.zeros(len(near))
+    if approach is not None and params.use_approach:
+        w = np.maximum(approach[near], 0.0)  # what recedes is not followed
+    moving = w > MOVING
+    low = np.empty(len(near))
+    kappa, urgent = np.inf, np.inf
+    if params.authority_cap:
+        kappa, urgent = params.kappa, max(URGENT, params.kappa)
+    gamma = params.xi / (params.d_inf - params.d_s)
+    _bounds(
+        J, h, w, params.speed * robot.qd_max, robot.qdd_max, gamma, params.v_esc, kappa, urgent,
+        low,
+    )  # fmt: skip
+    if params.separation:
+        low = np.maximum(low, -allowed_speed(pairs.distance[near], params))
+    if len(near) > most:
+        tightest = np.sort(np.argsort(-low, kind="stable")[:most])
+    else:
+        tightest = np.arange(len(near))
+    moving = moving[tightest]
+    return Rows(
+        jacobian=J[tightest],
+        low=low[tightest],
+        linear=np.where(moving, MOVING_COST[0], STATIC_COST[0]),
+        quadratic=np.where(moving, MOVING_COST[1], STATIC_COST[1]),
+        source=near[tightest],
+        inside=h[tightest] < 0.0,
+    )
+
+
+@compiled
+def _bounds(
+    J: Array,
+    h: Array,
+    w: Array,
+    qd_max: Array,
+    qdd_max: Array,
+    gamma: float,
+    v_esc: float,
+    kappa: float,
+    urgent: float,
+    low: Array,
+) -> None:
+    for i in range(len(h)):
+        reach, brake = 0.0, 0.0  # [m/s], [m/s^2] along the normal with all joints at their limit
+        for j in range(J.shape[1]):
+            reach += abs(J[i, j]) * qd_max[j]
+            brake += BRAKING * abs(J[i, j]) * qdd_max[j]
+        free = gamma * h[i]
+        if h[i] > 0.0:
+            free = min(free, np.sqrt(2.0 * brake * h[i]))
+        cap = urgent if w[i] > MOVING else kappa
+        low[i] = min(w[i] - free, v_esc, cap * reach)
+
+
+def own_rows(robot: Robot, posture: Posture, gaps: Gaps, params: Params, most: int = 8) -> Rows:
+    """The `most` nearest gaps of the robot to itself and to the cell, with the dearest slack."""
+    order = np.argsort(gaps.distance, kind="stable")[:most]
+    a, b, n, d = gaps.a[order], gaps.b[order], gaps.normal[order], gaps.distance[order]
+    J = posture.distance_rows(a, gaps.on_a[order], n)
+    other = posture.distance_rows(np.maximum(b, 0), gaps.on_b[order], n)
+    J = J - other * (b >= 0)[:, None]
+    low = -SELF_GAIN * (d - KEPT)
+    reach = np.abs(J) @ (params.speed * robot.qd_max)
+    low = np.minimum(low, np.minimum(params.v_esc, params.kappa * reach))
+    m = len(order)
+    return Rows(
+        J, low, np.full(m, SELF_COST[0]), np.full(m, SELF_COST[1]), np.full(m, -1), d < KEPT
+    )
+
+
+def joined(one: Rows, two: Rows) -> Rows:
+    """Both sets of bounds, in this order."""
+    return Rows(
+        freeze(np.concatenate((one.jacobian, two.jacobian))),
+        freeze(np.concatenate((one.low, two.low))),
+        freeze(np.concatenate((one.linear, two.linear))),
+        freeze(np.concatenate((one.quadratic, two.quadratic))),
+        freeze(np.concatenate((one.source, two.source))),
+        freeze(np.concatenate((one.inside, two.inside))),
+    )

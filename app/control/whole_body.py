@@ -1,0 +1,152 @@
+"""Whole-body control by one quadratic programme: every near pair is a bound.
+
+What is not dangerous is not touched, several threats are met at once, and a change of the
+closest pair does not move the arm, since the other pair was a bound already. The joints'
+limits are hard; see `app.control.rows` for the bounds and `app.control.qp` for the costs.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.config import Params
+from app.control.clearance import Clearance
+from app.control.goals import goal_twist
+from app.control.limits import bring_into, velocity_box
+from app.control.manipulability import manipulability, manipulability_gradient
+from app.control.qp import Costs, Solver
+from app.control.rows import SELF_WITHIN, Rows, avoidance_rows, joined, own_rows
+from app.errors import FlinchError
+from app.messages import Array, Command, CropBox, Goal, JointState, Pairs, freeze
+from app.robot.model import Robot
+from app.robot.posture import Posture
+
+SINGULAR = 0.02  # manipulability [m^3] below which damping begins, for an arm of about 1 m
+LAMBDA_Q, LAMBDA_SINGULAR, LAMBDA_A = 1e-3, 0.05, 2e-3
+PUSH = 0.02  # weight of the way out of a singularity
+ASTRAY = 0.2  # [rad/s] the arm does not follow: start from what was measured
+GIVES_WAY = 1e-3  # [m/s] slack from which on a bound counts as relaxed
+RELAXED_AFTER, RELAXED_SHARE = 0.2, 0.25  # [s], and the share of the speed from then on
+UNSOLVED = 3  # ticks in a row
+
+
+class WholeBody:
+    """Turns pairs and a goal into joint velocities that keep every limit."""
+
+    def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
+        self._robot = robot
+        self._clearance = Clearance(robot, crops)
+        self._solver = Solver(robot.n)
+        self.reset()
+        self._warm_up()
+
+    def reset(self, previous: Array | None = None) -> None:
+        """Start again from rest, or from the command `previous` (n,) that is in force."""
+        self.previous = np.zeros(self._robot.n) if previous is None else previous
+        self._unsolved, self._relaxed = 0, 0.0
+
+    def update(
+        self,
+        posture: Posture,
+        joints: JointState,
+        pairs: Pairs,
+        goal: Goal | None,
+        params: Params,
+        dt: float,
+        approach: Array | None = None,
+        share: float = 1.0,
+    ) -> Command:
+        """The next command; `goal` None means: rest where you are, but give way.
+
+        approach: (B,) [m/s] speed of each pair's world point towards the robot.
+        share: 0..1 of the allowed speed, less while the sensors are silent.
+        Raises a FlinchError when there was no answer several times in a row.
+        """
+        rows = self._rows(posture, pairs, params, approach)
+        relaxed = self._relaxed > RELAXED_AFTER
+        previous = self._in_force(joints)
+        low, high = self._box(joints, params.speed * share, relaxed, dt, previous)
+        answer = self._solver.solve(self._costs(posture, goal, params, previous), rows, low, high)
+        if answer is None:
+            self._unsolved += 1
+            if self._unsolved >= UNSOLVED:
+                raise FlinchError("the bounds had no solution three times in a row; clear the arm")
+            return self._braked(joints, dt, "brakes: the bounds had no solution")
+        self._unsolved = 0
+        self.previous = answer.qd
+        gave = (answer.slack > GIVES_WAY) & rows.inside
+        self._relaxed = self._relaxed + dt if gave.any() else 0.0
+        held = np.flatnonzero(answer.tight)
+        first = int(held[np.argmax(rows.low[held])]) if len(held) else -1
+        return Command(
+            qd=freeze(answer.qd.copy()),
+            activation=float(len(held) > 0),
+            reference=float(rows.low[first]) if first >= 0 else 0.0,
+            scale=min(max(answer.progress, 0.0), 1.0),
+            control_row=int(rows.source[first]) if first >= 0 else -1,
+            slack=float(answer.slack.max(initial=0.0)),
+            reason="slow: too close on more sides than it can leave" if relaxed else "",
+        )
+
+    def _warm_up(self) -> None:
+        """Compile what is compiled on first use now, not while the arm moves."""
+        robot = self._robot
+        posture = robot.posture(robot.home)
+        link = np.array([len(robot.links) - 1])
+        on = posture.T_base_tool[None, :3, 3]
+        n = np.array([[1.0, 0.0, 0.0]])
+        pairs = Pairs(link, np.array([0.4]), on, on - 0.4 * n, n, np.zeros(1, dtype=np.intp), 0)
+        rest = JointState(0.0, robot.home, np.zeros(robot.n))
+        self.update(posture, rest, pairs, Goal(posture.T_base_tool), Params(), 0.01)
+        self.reset()
+
+    def brake(self, joints: JointState, dt: float) -> Command:
+        """As fast to rest as the acceleration limits allow."""
+        return self._braked(joints, dt, "")
+
+    def _braked(self, joints: JointState, dt: float, reason: str) -> Command:
+        box = velocity_box(self._robot, joints.q, 1.0, dt)
+        qd, _ = bring_into(np.zeros(self._robot.n), self.previous, box)
+        self.previous = qd
+        return Command(qd=freeze(qd.copy()), reason=reason)
+
+    def _rows(self, posture: Posture, pairs: Pairs, params: Params, approach: Array | None) -> Rows:
+        near = avoidance_rows(self._robot, posture, pairs, params, approach)
+        gaps = self._clearance.measure(posture, SELF_WITHIN)
+        if len(gaps.distance) == 0:
+            return near
+        return joined(near, own_rows(self._robot, posture, gaps, params))
+
+    def _in_force(self, joints: JointState) -> Array:
+        """The last command, or what the arm really does where it does not follow."""
+        if np.abs(joints.qd - self.previous).max() > ASTRAY:
+            return joints.qd
+        return self.previous
+
+    def _box(
+        self, joints: JointState, speed: float, relaxed: bool, dt: float, previous: Array
+    ) -> tuple[Array, Array]:
+        """What the joints may do next; where limits contradict each other, position wins."""
+        share = RELAXED_SHARE * speed if relaxed else speed
+        box = velocity_box(self._robot, joints.q, share, dt, previous)
+        low = np.minimum(np.maximum(box.low, previous - box.change), box.high)
+        high = np.maximum(np.minimum(box.high, previous + box.change), box.low)
+        return low, np.maximum(low, high)
+
+    def _costs(self, posture: Posture, goal: Goal | None, params: Params, previous: Array) -> Costs:
+        tool = posture.tool_jacobian()
+        twist = np.zeros(6)
+        if goal is not None:
+            twist = goal_twist(
+                posture.T_base_tool, goal.T_base_tool, params.lambda_p, params.lambda_o,
+                params.v_max, params.w_max,
+            )  # fmt: skip
+        mu = manipulability(tool)
+        lost = max(0.0, 1.0 - mu / SINGULAR)
+        push = np.zeros(len(previous))
+        if mu < 2.0 * SINGULAR and goal is not None:
+            push = PUSH * manipulability_gradient(posture, mu)
+        return Costs(
+            tool, twist, previous, push, params.k_g, params.k_b,
+            LAMBDA_Q + LAMBDA_SINGULAR * lost * lost, LAMBDA_A, params.slide,
+        )  # fmt: skip

@@ -1,0 +1,233 @@
+"""Random worlds: does any controller ever exceed a limit, and when does the QP touch something?
+
+A world has one to four bodies around the arm, half of them moving, and a goal that jumps. The
+same seed gives the same world to each controller. A touch counts against a controller only
+where it could have been avoided: the touched link's own distance was perceived within `TRUE`
+of the truth all through the last `AHEAD` seconds, and no bound had to give way meanwhile. The
+others are listed with their cause.
+"""
+
+from collections import Counter
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.config import ControlMode, Params
+from app.messages import Array, Goal, Mode, SetGoal, Snapshot, freeze
+from app.robot.arm import SimulatedArm
+from app.robot.model import Robot, find_robot, load_robot
+from app.robot.skin import Skin, load_skin
+from app.runtime import Engine
+from app.sensing.simulated import SimulatedSkin
+from app.studies.headless import JUDGED_EVERY
+from app.studies.report import Check, Report
+from app.studies.truth import TrueDistance
+from app.timing import ManualClock
+from app.world.motion import make_motion
+from app.world.shapes import make_shape
+from app.world.tables import transform
+from app.world.world import Body, World
+
+MODES: tuple[ControlMode, ...] = ("sm", "wb", "qp")
+AHEAD = 0.5  # [s] an obstacle must have been seen before a touch
+TRUE = 0.10  # [m] perceived minus true distance up to which it counts as seen
+GAVE_WAY = 1e-3  # [m/s] slack from which on no free direction was left
+CLEAR = 0.35  # [m] true distance of every body at the start
+NEW_GOAL = 4.0  # [s] between goals
+ROUNDING = 1e-9
+
+
+@dataclass
+class Trial:
+    """What one controller did in one world; excesses over limits, worst of all ticks."""
+
+    seed: int
+    mode: str
+    least: float = np.inf  # [m] true distance
+    speed: float = -np.inf  # [rad/s]
+    change: float = -np.inf  # [rad/s^2] of the command
+    reach: float = -np.inf  # [rad]
+    finite: bool = True
+    fault: str = ""
+    touch: dict[str, Any] | None = None
+
+
+def random_worlds(worlds: int, seconds: float, seed: int = 0, rate: float = 125.0) -> Report:
+    """`worlds` worlds for `seconds` each, under every controller."""
+    robot = load_robot(find_robot("ur10e"))
+    assert robot.skin is not None
+    skin = load_skin(robot.folder / robot.skin, robot)
+    truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
+    trials = [
+        run_trial(robot, skin, truth, seed + i, mode, seconds, rate)
+        for i in range(worlds)
+        for mode in MODES
+    ]
+    rows = [_row(mode, [t for t in trials if t.mode == mode], seconds) for mode in MODES]
+    rows += [
+        {"name": f"touch {t.mode} seed {t.seed}", **t.touch} for t in trials if t.touch is not None
+    ]
+    rows += [{"name": f"fault {t.mode} seed {t.seed}", "fault": t.fault} for t in trials if t.fault]
+    blamed = sum(
+        1 for t in trials if t.mode == "qp" and t.touch and t.touch["cause"] == "avoidable"
+    )
+    checks = [
+        Check("worlds", float(worlds), "", 1000.0, at_least=True),
+        Check("excess over a velocity limit", max(t.speed for t in trials), "rad/s", ROUNDING),
+        Check("excess over an acceleration limit", max(t.change for t in trials), "rad/s^2", 1e-6),
+        Check("excess over a position limit", max(t.reach for t in trials), "rad", ROUNDING),
+        Check("commands not finite", float(sum(not t.finite for t in trials)), "", 0.0),
+        Check("exceptions", float(sum(bool(t.fault) for t in trials)), "", 0.0),
+        Check("qp: touches seen ahead with a free direction", float(blamed), "", 0.0),
+    ]
+    return Report("random worlds", seed, rows, checks)
+
+
+def run_trial(
+    robot: Robot,
+    skin: Skin,
+    truth: TrueDistance,
+    seed: int,
+    mode: ControlMode,
+    seconds: float,
+    rate: float,
+    params: Params | None = None,
+) -> Trial:
+    """One controller in the world of `seed`."""
+    rng = np.random.default_rng([seed, 7])
+    world = random_world(robot, truth, rng)
+    goals = [random_goal(robot, rng) for _ in range(int(seconds / NEW_GOAL) + 2)]
+    source = SimulatedSkin(robot, skin, world, seed)
+    arm = SimulatedArm(robot)
+    chosen = replace(params or Params(), mode=mode)
+    engine = Engine(
+        robot, skin, arm, source, world, ManualClock(), params=chosen, goal=goals[0], rate=rate
+    )
+    trial = Trial(seed, mode)
+    watch = _Watch(trial, robot, truth, world, rate)
+    turn = 0
+    while True:
+        s = engine.step()
+        watch.see(s)
+        if s.stamp >= seconds:
+            return trial
+        if s.stamp >= (turn + 1) * NEW_GOAL:
+            turn += 1
+            engine.post(SetGoal(goals[turn].T_base_tool))
+
+
+class _Watch:
+    def __init__(
+        self, trial: Trial, robot: Robot, truth: TrueDistance, world: World, rate: float
+    ) -> None:
+        self._trial, self._robot, self._truth, self._world = trial, robot, truth, world
+        self._moving = np.flatnonzero(robot.supports.any(axis=1))
+        self._previous = np.zeros(robot.n)
+        self._period, self._judged = 1.0 / rate, -np.inf
+        self._past: list[tuple[float, Array, Array, float]] = []
+
+    def see(self, s: Snapshot) -> None:
+        """Take note of one tick."""
+        t, robot, qd = self._trial, self._robot, s.command.qd
+        t.finite &= bool(np.isfinite(qd).all())
+        t.speed = max(t.speed, float((np.abs(qd) - robot.qd_max).max()))
+        rate_of_change = np.abs(qd - self._previous) / self._period - robot.qdd_max
+        t.change = max(t.change, float(rate_of_change.max()))
+        outside = np.maximum(s.joints.q - robot.q_max, robot.q_min - s.joints.q)
+        t.reach = max(t.reach, float(outside.max()))
+        self._previous = qd
+        if s.status.mode is Mode.STOPPED and not t.fault:
+            t.fault = s.status.reason
+        if s.stamp < self._judged + JUDGED_EVERY:
+            return
+        self._judged = s.stamp
+        true = self._truth.measure(s.T_base_link, self._world)[self._moving]
+        seen = np.full(len(robot.links), np.inf)
+        np.minimum.at(seen, s.body.link, s.body.distance)
+        self._past.append((s.stamp, true, seen[self._moving], s.command.slack))
+        t.least = min(t.least, float(true.min()))
+        if true.min() <= 0.0 and t.touch is None:
+            t.touch = self._judge(s, int(np.argmin(true)))
+
+    def _judge(self, s: Snapshot, i: int) -> dict[str, Any]:
+        """The first touch: of which link, by what, and why."""
+        past = [p for p in self._past if p[0] > s.stamp - AHEAD]
+        seen = all(p[2][i] - p[1][i] <= TRUE for p in past)
+        slack = max(p[3] for p in past)
+        speed = (past[0][1][i] - past[-1][1][i]) / max(past[-1][0] - past[0][0], 1e-9)
+        name = self._truth.nearest(s.T_base_link, self._world)[int(self._moving[i])][1]
+        cause = "avoidable"
+        if not seen:
+            cause = f"not seen {AHEAD:g} s ahead"
+        elif slack > GAVE_WAY:
+            cause = "no free direction"
+        return {
+            "at_s": s.stamp,
+            "link": self._robot.links[int(self._moving[i])],
+            "body": name,
+            "closing_mps": float(speed),
+            "slack_mps": float(slack),
+            "arm_rad_s": float(np.abs(s.joints.qd).max()),
+            "cause": cause,
+        }
+
+
+def random_world(robot: Robot, truth: TrueDistance, rng: np.random.Generator) -> World:
+    """One to four bodies around the arm, none near it at first."""
+    home = robot.posture(robot.home).T_base_link
+    moving = np.flatnonzero(robot.supports.any(axis=1))
+    bodies: list[Body] = []
+    wanted = int(rng.integers(1, 5))
+    while len(bodies) < wanted:
+        body = _random_body(f"body {len(bodies) + 1}", rng)
+        if truth.measure(home, World([body]))[moving].min() > CLEAR:
+            bodies.append(body)
+    return World(bodies)
+
+
+def random_goal(robot: Robot, rng: np.random.Generator) -> Goal:
+    """A pose that the arm can have, above the table."""
+    while True:
+        T = robot.posture(robot.home + rng.uniform(-0.8, 0.8, robot.n)).T_base_tool
+        if T[2, 3] > 0.2:
+            return Goal(freeze(T.copy()))
+
+
+def _random_body(name: str, rng: np.random.Generator) -> Body:
+    kind = rng.choice(["sphere", "box", "capsule"])
+    table: dict[str, Any] = {"kind": str(kind)}
+    if kind == "box":
+        table["size_m"] = rng.uniform(0.1, 0.4, 3).tolist()
+    else:
+        table["radius_m"] = float(rng.uniform(0.05, 0.15))
+        if kind == "capsule":
+            table["length_m"] = float(rng.uniform(0.2, 0.6))
+    start, end = _place(rng, 0.5, 1.6), _place(rng, 0.3, 0.9)
+    T = transform(start, rng.uniform(-1.0, 1.0, 3))
+    script = None
+    if rng.random() < 0.5:
+        speed = float(rng.uniform(0.1, 0.5))
+        script = {"kind": "line", "to_m": end.tolist(), "speed_mps": speed, "dwell_s": 1.0}
+    shape = make_shape(table, Path(), name)
+    return Body(name, shape, (150, 150, 150), make_motion(script, T, name))
+
+
+def _place(rng: np.random.Generator, near: float, far: float) -> Array:
+    r, turn = rng.uniform(near, far), rng.uniform(-np.pi, np.pi)
+    return np.array([r * np.cos(turn), r * np.sin(turn), rng.uniform(0.0, 1.0)])
+
+
+def _row(mode: str, trials: list[Trial], seconds: float) -> dict[str, Any]:
+    least = np.array([t.least for t in trials])
+    causes = Counter(t.touch["cause"] for t in trials if t.touch)
+    return {
+        "name": mode,
+        "worlds": len(trials),
+        "seconds_each": seconds,
+        "touches": sum(causes.values()),
+        "causes": dict(causes),
+        "median_least_m": float(np.median(least)),
+        "p10_least_m": float(np.percentile(least, 10)),
+    }
