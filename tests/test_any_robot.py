@@ -171,6 +171,11 @@ def test_a_link_that_is_only_visible_stops_unless_distances_go_to_the_visual_mes
     assert "nod_link" in robot.links
 
 
+def test_a_link_without_a_visual_mesh_is_shown_by_its_collision_mesh(crane):
+    edit(crane, '<visual><geometry><mesh filename="meshes/nod.stl"/></geometry></visual>', "")
+    assert load_urdf(crane).visual("nod_link").bounds[1][2] == pytest.approx(0.3)
+
+
 def test_home_and_tool_frame_can_be_given(crane):
     robot = load_urdf(crane, Choice(tool="nod_link", home_deg=(90.0, 100.0, -45.0, 10.0)))
     assert robot.tool_frame == "nod_link"

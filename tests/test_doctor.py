@@ -41,7 +41,7 @@ def missed(report):
 def test_the_built_in_robots_are_sound(name, layout, tool):
     report = checkup(find_robot(name), layout, tool)
     assert missed(report) == {}
-    assert len(report.checks) == 15
+    assert len(report.checks) == 16
     assert to_table(report).endswith("sound")
 
 
@@ -100,6 +100,11 @@ def test_a_hole_in_a_mesh_is_found(copy):
     mesh.update_faces(np.arange(len(mesh.faces)) > 0)
     mesh.export(file)
     assert missed(checkup(copy)) == {"open edges of a body": ["wrist_2_link"]}
+
+
+def test_a_link_with_a_shape_that_is_left_out_is_found(copy):
+    edit(copy / "robot.toml", '"wrist_2_link", ', "")
+    assert missed(checkup(copy)) == {"shapes left out": ["wrist_2_link"]}
 
 
 def test_too_many_faces_are_found_link_by_link_and_in_all(copy):

@@ -168,6 +168,12 @@ def _meshes(c: Checkup) -> Iterator[Finding]:
         yield Finding(
             Check("smallest size of a body", size, "m", SIZE[0], at_least=True), link, remedy
         )
+    left_out = [link for link in c.robot.description.body_links if link not in c.robot.links]
+    yield Finding(
+        Check("shapes left out", float(len(left_out)), "", 0.0),
+        ", ".join(left_out) or c.robot.name,
+        "add the link to `links` in robot.toml; nobody sees it or keeps clear of it now",
+    )
     yield Finding(
         Check("faces of all bodies", float(total), "", ALL_FACES), c.robot.name, "simplify meshes"
     )

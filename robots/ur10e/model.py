@@ -38,9 +38,9 @@ Materials = dict[str, tuple[tuple[int, int, int], float, float]]
 HERE = Path(__file__).parent
 # --- Materials: sRGB colour, metallic, roughness -------------------------------------------------
 MATERIALS: Materials = {
-    "aluminium": ((206, 209, 212), 0.25, 0.42),  # tubes and tool flange, turned and bare
-    "casting": ((172, 176, 180), 0.15, 0.55),  # painted housings
-    "cap": ((138, 172, 195), 0.0, 0.5),  # blue-grey plastic
+    "aluminium": ((216, 219, 222), 0.25, 0.42),  # tubes and tool flange, turned and bare
+    "casting": ((148, 151, 155), 0.15, 0.55),  # painted housings
+    "cap": ((168, 198, 217), 0.0, 0.5),  # blue-grey plastic
     "seam": ((38, 40, 43), 0.0, 0.65),  # joint rings
     "screw": ((92, 95, 99), 0.5, 0.45),
 }
