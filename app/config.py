@@ -107,6 +107,14 @@ class Params:
         0.15, "m", 0.0, 0.5, "perception",
         "points nearer than this to the lens or before the body are believed at once",
     )  # fmt: skip
+    memory: bool = tunable(
+        False, "", None, None, "perception",
+        "keep points that have left the field of view for a while",
+    )  # fmt: skip
+    obstacle_speed: bool = tunable(
+        True, "", None, None, "perception",
+        "estimate how fast obstacles approach and give way the faster",
+    )  # fmt: skip
     pair_hold: float = tunable(
         0.01, "m", 0.0, 0.05, "perception",
         "a link keeps its control point unless another is nearer by more than this",

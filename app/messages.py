@@ -139,8 +139,11 @@ class Pairs:
     distance: (B,) [m] signed, positive outside the body.
     on_robot: (B, 3) [m] base frame.   on_world: (B, 3) [m] base frame.
     normal:   (B, 3) unit vector from the world to the robot: the direction of retreat.
-    slot:     (B,) int, row of the cloud that the world's point came from, -1 if none.
+    slot:     (B,) int, row of the cloud that the world's point came from, -1 if none; rows
+              beyond the cloud are the memory's.
     closest:  row of the smallest distance, -1 if the cloud is empty.
+    approach: (B,) [m/s] speed of the world's point along the normal, positive = it comes
+              nearer; zero when unsure.   approach_sigma: (B,) [m/s] of it. None: not estimated.
     """
 
     link: NDArray[np.intp]
@@ -150,6 +153,8 @@ class Pairs:
     normal: Array
     slot: NDArray[np.intp]
     closest: int
+    approach: Array | None = None
+    approach_sigma: Array | None = None
 
     @property
     def minimum(self) -> float:
@@ -245,6 +250,7 @@ class Snapshot:
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
     jump:        [m] how far the acted-on control point moved since the last tick.
+    memory:      (n, 3) [m] remembered points near the arm, base frame.
     """
 
     tick: int
@@ -265,6 +271,7 @@ class Snapshot:
     timing: Timing
     notice: str = ""
     jump: float = 0.0
+    memory: Array = field(default_factory=lambda: np.empty((0, 3)))
 
 
 # --- the way back in ----------------------------------------------------------------------

@@ -203,6 +203,7 @@ class Engine:
             timing=Timing(watch.laps, late),
             notice=self._notice,
             jump=outcome.jump,
+            memory=outcome.memory,
         )
 
     # --- actions --------------------------------------------------------------------------

@@ -98,7 +98,9 @@ class Avoidance:
         lead = np.where(near == self._row, params.pair_hold, 0.0)
         i = int(np.argmin(np.where(able, pairs.distance[near] - lead, np.inf)))
         d = float(pairs.distance[near[i]])
-        reference = params.lambda_safety * (params.d_min + params.delta - d)
+        # d_dot = J qd - w: adding w lets the distance follow lambda (...) while the world moves
+        w = 0.0 if pairs.approach is None else float(pairs.approach[near[i]])
+        reference = w + params.lambda_safety * (params.d_min + params.delta - d)
         reference = min(max(reference, -params.v_safe), params.v_safe)
         if params.authority_cap:
             reference = min(reference, params.kappa * float(reachable[i]))

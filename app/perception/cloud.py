@@ -81,6 +81,12 @@ class SkinCloud:
         self._eps[slots] = eps.ravel()
         self._stamp[sensors] = [f.stamp for f in chosen]
 
+    def newest(self) -> Cloud:
+        """The cloud without regard to age, not copied: it changes with the next `take`."""
+        return Cloud(
+            self._points, self._verdict, self._link, self._gap, self._eps, self._stamp
+        )  # fmt: skip
+
     def view(self, now: float, params: Params) -> Cloud:
         """The cloud as it is at `now` [s]: frames beyond `frame_age` are stale."""
         verdict = self._verdict.copy()
