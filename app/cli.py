@@ -96,9 +96,9 @@ class Run:
 
 @dataclass(frozen=True)
 class Bench:
-    """Measure: `tick` times each room of a tick, and its lateness beside an empty loop's."""
+    """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`."""
 
-    what: tyro.conf.Positional[Literal["tick"]]
+    what: tyro.conf.Positional[Literal["tick", "perception", "peers"]]
     robot: str = "ur10e"
     """A robot's name, or the path of its folder."""
     scene: str = "cell"
@@ -109,14 +109,25 @@ class Bench:
     """Length of each measurement [s]."""
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
+    urdf: Path | None = None
+    """Perception and peers: a UR10e description whose visual meshes are tried as bodies, too."""
     json: bool = False
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.studies.bench_tick import bench_tick
+        if self.what == "tick":
+            from app.studies.bench_tick import bench_tick
 
-        setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
-        report = bench_tick(setup, self.seconds)
+            setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
+            report = bench_tick(setup, self.seconds)
+        elif self.what == "perception":
+            from app.studies.bench_perception import bench_perception
+
+            report = bench_perception(self.seed, urdf=self.urdf)
+        else:
+            from app.studies.bench_peers import bench_peers
+
+            report = bench_peers(self.seed, urdf=self.urdf)
         print(report.to_json() if self.json else report.to_text())
 
 
