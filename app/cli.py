@@ -51,6 +51,8 @@ class Run:
     """Ticks a second, 50 to 500."""
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
+    background: Path | None = None
+    """File of the learned background: read at the start, written when one is learned."""
     ghosts: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
@@ -81,7 +83,7 @@ class Run:
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
         setup = Setup(
             self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
-            ghosts=self.ghosts,
+            ghosts=self.ghosts, background=self.background,
         )  # fmt: skip
         if self.headless:
             from app.studies.headless import summary

@@ -323,4 +323,13 @@ class RemoveObstacle:
     name: str
 
 
-Action = SetGoal | SetParams | SetMode | AddObstacle | MoveObstacle | RemoveObstacle
+@dataclass(frozen=True, slots=True)
+class LearnBackground:
+    """Learn the still world of the next `seconds` as background; 0 forgets it."""
+
+    seconds: float = 3.0
+
+
+Action = (
+    SetGoal | SetParams | SetMode | AddObstacle | MoveObstacle | RemoveObstacle | LearnBackground
+)

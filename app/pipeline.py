@@ -25,6 +25,7 @@ from app.messages import (
     Verdict,
     freeze,
 )
+from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory
 from app.perception.proximity import BodyPairs, MountPairs, SteadyPairs
@@ -70,6 +71,11 @@ class Pipeline:
         self._mounts = MountPairs(skin)
         self._point: Array | None = None  # control point of the last tick
         self._control = Avoidance(robot)
+
+    @property
+    def background(self) -> Background:
+        """The learned background."""
+        return self._cloud.background
 
     def tick(
         self,

@@ -9,6 +9,7 @@ recording ends, an exception escapes a room. Only a person's action sets it goin
 import logging
 import queue
 import threading
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -23,6 +24,7 @@ from app.messages import (
     CropBox,
     Goal,
     JointState,
+    LearnBackground,
     Mode,
     MoveObstacle,
     RemoveObstacle,
@@ -69,6 +71,7 @@ class Engine:
         goal: Goal | None = None,
         rate: float = 250.0,
         scene: str = "",
+        background: Path | None = None,
     ) -> None:
         self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
         self.snapshots: Latest[Snapshot] = Latest()
@@ -77,6 +80,9 @@ class Engine:
         self._period = 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
         self._pipeline = Pipeline(robot, skin, world.crops)
+        self._background = background  # file of the learned background
+        if background is not None and background.exists():
+            self._pipeline.background.load(background)
         self._health = SkinHealth(source.connected)
         self._born = clock.now()
         self._listening = self._born  # silence is counted from here until a sensor speaks
@@ -142,6 +148,11 @@ class Engine:
             mode = self._supervisor.mode
             moving = mode is not Mode.STOPPED and self._health.heard
             goal = self._goal if mode is Mode.RUNNING else self._held
+            if self._pipeline.background.finish(now):
+                count = len(self._pipeline.background.cells)
+                self._notice = f"background learned: {count} cells"
+                if self._background is not None:
+                    self._pipeline.background.save(self._background)
             outcome = self._pipeline.tick(frames, joints, goal, self._params, dt, moving, watch)
             if not np.isfinite(outcome.command.qd).all():
                 raise FlinchError("the controller asked for a joint velocity that is not finite")
@@ -239,6 +250,8 @@ class Engine:
                 self.world.move(name, rigid(T))
             case RemoveObstacle(name=name):
                 self.world.remove(name)
+            case LearnBackground(seconds=seconds):
+                self._pipeline.background.learn(now, seconds)
 
     # --- the thread -----------------------------------------------------------------------
 

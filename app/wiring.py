@@ -29,6 +29,7 @@ class Setup:
     rate: float = 250.0
     seed: int = 0
     ideal: bool = False  # sensors without noise, bias and dropout
+    background: Path | None = None  # file of the learned background, read and written
     ghosts: float = 0.0  # share of zones and frames with a return from nothing
 
     def __post_init__(self) -> None:
@@ -63,7 +64,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     arm = SimulatedArm(robot, home)
     return Engine(
         robot, skin, arm, source, world, clock,
-        params=params, goal=goal, rate=setup.rate, scene=title,
+        params=params, goal=goal, rate=setup.rate, scene=title, background=setup.background,
     )  # fmt: skip
 
 

@@ -159,7 +159,8 @@ def _unlike(hit: Array, depth: Array, length: Array) -> int:
     """Zones whose hit differs by more than 0.1 mm from ours, or is there for one only."""
     theirs = (hit + ONE.near_cut) / length
     both = np.isfinite(theirs) & np.isfinite(depth)
-    far = np.abs(np.where(both, theirs - depth, 0.0)) > 1e-4
+    far = np.zeros(len(hit), dtype=bool)
+    far[both] = np.abs(theirs[both] - depth[both]) > 1e-4
     return int((far | (np.isfinite(theirs) != np.isfinite(depth))).sum())
 
 
