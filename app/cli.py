@@ -73,6 +73,8 @@ class Run(WhichRobot):
     """Ticks a second, 50 to 500."""
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
+    background: Path | None = None
+    """File of the learned background: read at the start, written when one is learned."""
     ghosts: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
@@ -105,6 +107,7 @@ class Run(WhichRobot):
             self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
             urdf=self.urdf, choice=self.choice(),
             ghosts=self.ghosts, program=self.program,
+            background=self.background,
         )  # fmt: skip
         if self.headless:
             from app.studies.headless import summary
@@ -119,9 +122,9 @@ class Run(WhichRobot):
 
 @dataclass(frozen=True)
 class Bench:
-    """Measure: `tick` times each room of a tick, and its lateness beside an empty loop's."""
+    """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`."""
 
-    what: tyro.conf.Positional[Literal["tick"]]
+    what: tyro.conf.Positional[Literal["tick", "perception", "peers"]]
     robot: str = "ur10e"
     """A robot's name, or the path of its folder."""
     scene: str = "cell"
@@ -132,14 +135,70 @@ class Bench:
     """Length of each measurement [s]."""
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
+    urdf: Path | None = None
+    """Perception and peers: a UR10e description whose visual meshes are tried as bodies, too."""
     json: bool = False
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.studies.bench_tick import bench_tick
+        if self.what == "tick":
+            from app.studies.bench_tick import bench_tick
 
-        setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
-        report = bench_tick(setup, self.seconds)
+            setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
+            report = bench_tick(setup, self.seconds)
+        elif self.what == "perception":
+            from app.studies.bench_perception import bench_perception
+
+            report = bench_perception(self.seed, urdf=self.urdf)
+        else:
+            from app.studies.bench_peers import bench_peers
+
+            report = bench_peers(self.seed, urdf=self.urdf)
+        print(report.to_json() if self.json else report.to_text())
+
+
+@dataclass(frozen=True)
+class CalibrateFilter:
+    """Suggest the self filter's threshold of each link from returns of the robot itself."""
+
+    recording: tyro.conf.Positional[str]
+    """'simulated', or PATH[@SENSOR]: an arm at rest at home with nothing near it."""
+    robot: str = "ur10e"
+    """A robot's name, or the path of its folder."""
+    skin: str = ""
+    """Path of a sensor layout; default: the robot's own."""
+    seed: int = 0
+    """Seed of a simulated calibration."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __call__(self) -> None:
+        from app.studies.calibrate import calibrate
+
+        report = calibrate(self.robot, self.recording, self.skin, self.seed)
+        print(report.to_json() if self.json else report.to_text())
+
+
+@dataclass(frozen=True)
+class SkinCommand:
+    """Check a sensor against the layout: convention of its ranges, order of its zones."""
+
+    what: tyro.conf.Positional[Literal["check"]]
+    show: Literal["wall", "hand"] = "wall"
+    """A flat wall, or a hand that goes from left to right and then from top to bottom."""
+    sensors: str = "simulated"
+    """'simulated[@SENSOR]' or PATH[@SENSOR] of a recording."""
+    robot: str = "ur10e"
+    """A robot's name, or the path of its folder."""
+    seed: int = 0
+    """Seed of the simulated noise."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __call__(self) -> None:
+        from app.studies.skin_check import skin_check
+
+        report = skin_check(self.robot, self.show, self.sensors, self.seed)
         print(report.to_json() if self.json else report.to_text())
 
 
@@ -171,6 +230,8 @@ def main(args: Sequence[str] | None = None) -> int:
     app.command(name="run")(Run)
     app.command(name="bench")(Bench)
     app.command(name="doctor")(Doctor)
+    app.command(name="calibrate-filter")(CalibrateFilter)
+    app.command(name="skin")(SkinCommand)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

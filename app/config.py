@@ -108,6 +108,14 @@ class Params:
         0.15, "m", 0.0, 0.5, "perception",
         "points nearer than this to the lens or before the body are believed at once",
     )  # fmt: skip
+    memory: bool = tunable(
+        False, "", None, None, "perception",
+        "keep points that have left the field of view for a while",
+    )  # fmt: skip
+    obstacle_speed: bool = tunable(
+        True, "", None, None, "perception",
+        "estimate how fast obstacles approach and give way the faster",
+    )  # fmt: skip
     pair_hold: float = tunable(
         0.01, "m", 0.0, 0.05, "perception",
         "a link keeps its control point unless another is nearer by more than this",
@@ -120,10 +128,6 @@ class Params:
         0.5, "s", 0.1, 2.0, "runtime", "the arm stops when no sensor has spoken for this long"
     )
 
-    use_approach: bool = tunable(
-        True, "", None, None, "control",
-        "count the obstacle's own speed towards the arm",
-    )  # fmt: skip
     d_s: float = tunable(
         0.25, "m", 0.05, 0.40, "control", "qp: distance that is kept; safety against reach"
     )

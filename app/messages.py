@@ -139,8 +139,11 @@ class Pairs:
     distance: (B,) [m] signed, positive outside the body.
     on_robot: (B, 3) [m] base frame.   on_world: (B, 3) [m] base frame.
     normal:   (B, 3) unit vector from the world to the robot: the direction of retreat.
-    slot:     (B,) int, row of the cloud that the world's point came from, -1 if none.
+    slot:     (B,) int, row of the cloud that the world's point came from, -1 if none; rows
+              beyond the cloud are the memory's.
     closest:  row of the smallest distance, -1 if the cloud is empty.
+    approach: (B,) [m/s] speed of the world's point along the normal, positive = it comes
+              nearer; zero when unsure.   approach_sigma: (B,) [m/s] of it. None: not estimated.
     """
 
     link: NDArray[np.intp]
@@ -150,6 +153,8 @@ class Pairs:
     normal: Array
     slot: NDArray[np.intp]
     closest: int
+    approach: Array | None = None
+    approach_sigma: Array | None = None
 
     @property
     def minimum(self) -> float:
@@ -252,6 +257,7 @@ class Snapshot:
     jump:        [m] how far the acted-on control point moved since the last tick.
     program:     the waypoint program that runs and how far it is, in words; empty if none.
     advice:      what holds the arm back though it may move, in words; empty if nothing does.
+    memory:      (n, 3) [m] remembered points near the arm, base frame.
     """
 
     tick: int
@@ -274,6 +280,7 @@ class Snapshot:
     jump: float = 0.0
     advice: str = ""
     program: str = ""
+    memory: Array = field(default_factory=lambda: np.empty((0, 3)))
 
 
 # --- the way back in ----------------------------------------------------------------------
@@ -340,8 +347,16 @@ class RunProgram:
     name: str
 
 
+@dataclass(frozen=True, slots=True)
+class LearnBackground:
+    """Learn the still world of the next `seconds` as background; 0 forgets it."""
+
+    seconds: float = 3.0
+
+
 Action = (
     SetGoal
+    | LearnBackground
     | SetPose
     | RunProgram
     | SetParams

@@ -5,10 +5,11 @@ frames ─► cloud (placed at each frame's own time, judged once) ─► closes
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
@@ -23,15 +24,20 @@ from app.messages import (
     Pairs,
     SensorFrame,
     Verdict,
+    freeze,
 )
+from app.perception.background import Background
 from app.perception.cloud import SkinCloud
+from app.perception.memory import Memory
 from app.perception.proximity import BodyPairs, MountPairs, SteadyPairs
+from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.timing import Stopwatch
 
+VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
 REACH = 0.6  # [m] several pairs a link are looked for up to here
 
 
@@ -40,6 +46,7 @@ class Outcome:
     """What one tick found and decided. `pairs` are those acted on, `body` the whole body's.
 
     jump: [m] how far the acted-on control point moved since the last tick, 0 without one.
+    memory: (n, 3) [m] remembered points near the arm, base frame.
     """
 
     posture: Posture
@@ -48,6 +55,7 @@ class Outcome:
     body: Pairs
     command: Command
     jump: float = 0.0
+    memory: Array = field(default_factory=lambda: np.empty((0, 3)))
 
 
 class Pipeline:
@@ -58,6 +66,8 @@ class Pipeline:
         self._history = JointHistory(robot.n)
         self._cloud = SkinCloud(robot, skin, crops)
         self._body = BodyPairs(robot)
+        self._memory = Memory(robot, skin)
+        self._speed = ObstacleSpeed(skin)
         self._steady = SteadyPairs(self._body)
         self._mounts = MountPairs(skin)
         self._point: Array | None = None  # control point of the last tick
@@ -69,6 +79,11 @@ class Pipeline:
             "qp": WholeBody(robot, crops),
         }
         self._control: Avoidance | WholeBody = closest
+
+    @property
+    def background(self) -> Background:
+        """The learned background."""
+        return self._cloud.background
 
     def tick(
         self,
@@ -92,10 +107,17 @@ class Pipeline:
         watch.lap("kinematics")
         for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
             then = self._robot.posture(self._history.at(stamp))
-            self._cloud.take(list(group), then, params)
+            together = list(group)
+            self._cloud.take(together, then, params)
+            if params.memory or params.obstacle_speed:
+                sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
+                if params.obstacle_speed:
+                    self._speed.take(judged, sensors)
+                if params.memory:
+                    self._memory.update(judged, sensors, then)
         cloud = self._cloud.view(joints.stamp, params)
         watch.lap("filter")
-        points, use = cloud.points, cloud.verdict == Verdict.KEPT
+        points, use = self._world_points(cloud, posture, joints.stamp, params)
         body = self._body.search(points, use, posture)
         if params.mode == "sm":
             pairs = self._mounts.search(points, use, posture)
@@ -103,14 +125,40 @@ class Pipeline:
             pairs = self._body.several(points, use, posture, body, REACH)
         else:
             pairs = self._steady.update(body, points, use, posture, params.pair_hold)
+        if params.obstacle_speed:
+            pairs = self._speed.update(pairs, joints.stamp)
+        if params.memory:
+            for point in self._speed.moving():
+                self._memory.mark_moving(point, joints.stamp)
+            inside = (body.distance < VISITED) & (body.slot >= len(cloud.points))
+            self._memory.visited(body.slot[inside] - len(cloud.points))
         watch.lap("pairs")
         self._choose(params.mode)
         if moving:
-            command = self._control.update(posture, joints, pairs, goal, params, dt, share=share)
+            command = self._control.update(
+                posture, joints, pairs, goal, params, dt, pairs.approach, share
+            )
         else:
             command = self._control.brake(joints, dt)
         watch.lap("control")
-        return Outcome(posture, cloud, pairs, body, command, self._jump(pairs, command))
+        memory = freeze(self._memory.points[self._memory.near])
+        return Outcome(
+            posture, cloud, pairs, body, command, self._jump(pairs, command), memory
+        )  # fmt: skip
+
+    def _world_points(
+        self, cloud: Cloud, posture: Posture, now: float, params: Params
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Points (n, 3) to keep clear of and which are in use: the cloud's, then the memory's."""
+        points, use = cloud.points, cloud.verdict == Verdict.KEPT
+        if not params.memory:
+            self._memory.reset()
+            return points, use
+        self._memory.age(now, posture)
+        return (
+            np.concatenate((points, self._memory.points)),
+            np.concatenate((use, self._memory.near)),
+        )
 
     def _jump(self, pairs: Pairs, command: Command) -> float:
         """How far the control point has moved since the last tick [m]."""
@@ -124,7 +172,8 @@ class Pipeline:
         """A tick that trusts nothing new: the last cloud, no pairs acted on, brake to rest."""
         posture = self._robot.posture(joints.q)
         cloud = self._cloud.view(joints.stamp, params)
-        body = self._body.update(cloud, posture)
+        points, use = self._world_points(cloud, posture, joints.stamp, params)
+        body = self._body.search(points, use, posture)
         return Outcome(posture, cloud, body, body, self._control.brake(joints, dt))
 
     def _choose(self, mode: ControlMode) -> None:

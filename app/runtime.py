@@ -11,6 +11,7 @@ import queue
 import threading
 from collections.abc import Mapping
 from dataclasses import replace
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -26,6 +27,7 @@ from app.messages import (
     CropBox,
     Goal,
     JointState,
+    LearnBackground,
     Mode,
     MoveObstacle,
     RemoveObstacle,
@@ -75,6 +77,7 @@ class Engine:
         rate: float = 250.0,
         scene: str = "",
         programs: Mapping[str, Program] | None = None,
+        background: Path | None = None,
     ) -> None:
         self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
         self.snapshots: Latest[Snapshot] = Latest()
@@ -83,6 +86,9 @@ class Engine:
         self._period = 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
         self._pipeline = Pipeline(robot, skin, world.crops)
+        self._background = background  # file of the learned background
+        if background is not None and background.exists():
+            self._pipeline.background.load(background)
         self._health = SkinHealth(source.connected)
         self._born = clock.now()
         self._listening = self._born  # silence is counted from here until a sensor speaks
@@ -172,6 +178,11 @@ class Engine:
             if self._program and mode is Mode.RUNNING and moving:
                 self._goal = self._program.update(posture.T_base_tool, dt)
             goal = self._goal if mode is Mode.RUNNING else self._held
+            if self._pipeline.background.finish(now):
+                count = len(self._pipeline.background.cells)
+                self._notice = f"background learned: {count} cells"
+                if self._background is not None:
+                    self._pipeline.background.save(self._background)
             outcome = self._pipeline.tick(
                 frames, joints, goal, self._params, dt, moving, watch, share
             )
@@ -241,6 +252,7 @@ class Engine:
             jump=outcome.jump,
             advice=self._late or outcome.command.reason,
             program=self._program.words if self._program else "",
+            memory=outcome.memory,
         )
 
     # --- actions --------------------------------------------------------------------------
@@ -281,6 +293,8 @@ class Engine:
                 self.world.move(name, rigid(T))
             case RemoveObstacle(name=name):
                 self.world.remove(name)
+            case LearnBackground(seconds=seconds):
+                self._pipeline.background.learn(now, seconds)
 
     def _run_program(self, name: str, now: float) -> None:
         """Begin a program where the tool is; an empty name rests at the present goal."""

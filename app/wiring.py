@@ -37,6 +37,7 @@ class Setup:
     ideal: bool = False  # sensors without noise, bias and dropout
     urdf: str = ""  # a bare URDF instead of a robot's folder
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
+    background: Path | None = None  # file of the learned background, read and written
     ghosts: float = 0.0  # share of zones and frames with a return from nothing
 
     def __post_init__(self) -> None:
@@ -78,6 +79,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     engine = Engine(
         robot, skin, arm, source, world, clock,
         params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
+        background=setup.background,
     )  # fmt: skip
     if setup.program:
         engine.post(RunProgram(own.name))

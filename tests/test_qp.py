@@ -174,7 +174,6 @@ def test_a_bound_lets_approach_fade_to_nothing_at_d_s(robot):
 def test_an_obstacle_that_comes_tightens_the_bound_and_one_that_goes_does_not_loosen_it(robot):
     assert bound(robot, 0.4, 0.3) == pytest.approx(bound(robot, 0.4) + 0.3)
     assert bound(robot, 0.4, -0.2) == bound(robot, 0.4)
-    assert bound(robot, 0.4, 0.3, use_approach=False) == bound(robot, 0.4)
 
 
 def test_the_tightest_rows_are_kept_when_there_are_too_many(robot):

@@ -104,7 +104,6 @@ def test_the_speed_of_the_obstacle_is_added_to_the_retreat(robot):
     assert retreat(0.0) == pytest.approx(0.30, abs=1e-3)
     assert retreat(0.2) == pytest.approx(0.50, abs=1e-3)
     assert retreat(0.9) == pytest.approx(0.60, abs=1e-3)  # v_safe
-    assert retreat(0.2, use_approach=False) == pytest.approx(0.30, abs=1e-3)
 
 
 def test_a_smaller_share_of_the_speed_is_reached_by_braking(robot):

@@ -126,7 +126,7 @@ class Avoidance:
             order = order[np.sort(first)]  # the nearest row of each link, nearest link first
         d, J, reachable = d[order], J[order], reachable[order]
         reference = params.lambda_safety * (params.d_min + params.delta - d)
-        if approach is not None and params.use_approach:
+        if approach is not None:  # d_dot = J qd - w: the distance follows while the world moves
             reference = reference + approach[near[order]]
         reference = np.minimum(np.maximum(reference, -params.v_safe), params.v_safe)
         a = np.array([activation(x, params.d_min, params.delta) for x in d])

@@ -61,7 +61,7 @@ def avoidance_rows(
     J = posture.distance_rows(pairs.link[near], pairs.on_robot[near], pairs.normal[near])
     h = pairs.distance[near] - params.d_s
     w = np.zeros(len(near))
-    if approach is not None and params.use_approach:
+    if approach is not None:
         w = np.maximum(approach[near], 0.0)  # what recedes is not followed
     moving = w > MOVING
     low = np.empty(len(near))

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from app.config import Params
 from app.messages import SLOTS, Cloud, CropBox, SensorFrame, Verdict, freeze
+from app.perception.background import Background
 from app.perception.beams import place
 from app.perception.ghosts import Ghosts
 from app.perception.self_filter import SelfFilter
@@ -33,6 +34,7 @@ class SkinCloud:
         self._self_filter = SelfFilter(robot, skin)
         self._static_filter = StaticFilter(crops)
         self._ghosts = Ghosts(skin)
+        self.background = Background()
         self.reset()
 
     def reset(self) -> None:
@@ -70,9 +72,11 @@ class SkinCloud:
             params.range_min, params.range_max, verdict, points,
         )  # fmt: skip
         flat = points.reshape(-1, 3)
-        known = self._static_filter.inside(flat).reshape(verdict.shape)
+        known = self._static_filter.inside(flat) | self.background.inside(flat)
+        known = known.reshape(verdict.shape)
         verdict[known & (verdict == Verdict.KEPT)] = Verdict.STATIC
         self._ghosts.doubt(sensors, depth, verdict, gap, params)
+        self.background.take(points[verdict == Verdict.KEPT], chosen[-1].stamp)
 
         self._points[slots] = flat
         self._verdict[slots] = verdict.ravel()
@@ -80,6 +84,12 @@ class SkinCloud:
         self._gap[slots] = gap.ravel()
         self._eps[slots] = eps.ravel()
         self._stamp[sensors] = [f.stamp for f in chosen]
+
+    def newest(self) -> Cloud:
+        """The cloud without regard to age, not copied: it changes with the next `take`."""
+        return Cloud(
+            self._points, self._verdict, self._link, self._gap, self._eps, self._stamp
+        )  # fmt: skip
 
     def view(self, now: float, params: Params) -> Cloud:
         """The cloud as it is at `now` [s]: frames beyond `frame_age` are stale."""

@@ -41,11 +41,13 @@ class Memory:
         self._turn = [_turn(s.rotation_deg, s.mirrored) for s in skin.sensors]
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0
+        self._voxels = grid.empty(CAPACITY)
         self.reset()
 
     def reset(self) -> None:
         """Forget everything."""
-        self._voxels = grid.empty(CAPACITY)
+        if self._voxels.top[0] > 0:
+            self._voxels = grid.empty(CAPACITY)
         self._part = 0
 
     @property

@@ -21,6 +21,7 @@ HEALTH: dict[SensorHealth, RGB] = {
     SensorHealth.SLOW: (222, 203, 80),
 }
 
+REMEMBERED: RGB = (0, 158, 115)
 RAW: RGB = (70, 75, 82)
 POINT: dict[Verdict, RGB] = {
     Verdict.KEPT: (0, 114, 189),

@@ -18,6 +18,7 @@ from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump
 from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.goal_view import GoalView
+from app.ui.scene.memory_view import MemoryView
 from app.ui.scene.pair_view import PairView
 from app.ui.scene.robot_view import RobotView
 from app.ui.scene.stage import Stage
@@ -83,6 +84,7 @@ class Page:
         self.stage = Stage(server, engine.crops)
         self.robot = RobotView(server, engine)
         self.cloud = CloudView(server, engine)
+        self.memory = MemoryView(server)
         self.pair = PairView(server, engine)
         self.goal = GoalView(server, engine, clock)
         self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
@@ -111,9 +113,12 @@ class Page:
         views = (
             self.stage, self.robot, self.cloud, self.pair, self.goal, self.world,
             self.control, self.obstacles, self.goals, self.params, self.plot, self.health,
+            self.memory,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
 
     def _switches(self) -> list[Switch]:
-        views = (self.robot, self.world, self.goal, self.pair, self.cloud, self.stage)
+        views = (
+            self.robot, self.world, self.goal, self.pair, self.cloud, self.memory, self.stage,
+        )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

@@ -95,6 +95,15 @@ def read_crop(table: Table, where: str) -> CropBox:
     return CropBox(table["name"], freeze(pose(table, where)), size)
 
 
+def read_plane(table: Table, where: str) -> CropBox:
+    """A plane: all that lies below it, against its own z axis, is known and static."""
+    expect_keys(table, where, ["name"], ["position_m", "rpy_deg", "size_m"])
+    size = vector(table, "size_m", where, length=2, default=(2.0, 2.0), positive=True)
+    return CropBox(
+        table["name"], freeze(pose(table, where)), freeze(np.append(size, 1e-3)), plane=True
+    )
+
+
 def read_preset(table: Table, folder: Path, where: str) -> dict[str, Any]:
     """A shape's table to be added later; a mesh's file becomes independent of the folder."""
     expect_keys(table, where, ["name", "shape"])

@@ -19,6 +19,7 @@ from app.world.entries import (
     read_body,
     read_crop,
     read_person,
+    read_plane,
     read_preset,
 )
 from app.world.person import person_bodies
@@ -67,7 +68,7 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
     """
     table = read_toml(path, dict, WorldError)
     where, folder = path.name, path.parent
-    known = ["body", "person", "crop", "goal", "home_deg", "robot", "preset"]
+    known = ["body", "person", "crop", "plane", "goal", "home_deg", "robot", "preset"]
     expect_keys(table, where, ["title"], known)
 
     read = [read_body(entry, folder, here) for entry, here in entries(table, "body", where)]
@@ -76,6 +77,7 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
     for entry, here in entries(table, "person", where):
         bodies += person_bodies(read_person(entry, seed, here))
     crops += [read_crop(entry, here) for entry, here in entries(table, "crop", where)]
+    crops += [read_plane(entry, here) for entry, here in entries(table, "plane", where)]
     named = entries(table, "preset", where)
     presets = {entry["name"]: read_preset(entry, folder, here) for entry, here in named}
 

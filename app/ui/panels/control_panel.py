@@ -6,7 +6,7 @@ from typing import Any, get_args
 import viser
 
 from app.config import ControlMode
-from app.messages import Mode, SetMode, SetParams, Snapshot
+from app.messages import LearnBackground, Mode, SetMode, SetParams, Snapshot
 from app.timing import Clock
 from app.ui.colours import ALARM, CALM, GREY, WARN, css
 from app.ui.engine import Engine
@@ -57,6 +57,14 @@ class ControlPanel:
             tuple(CONTROL.values()),
             hint="any point of the body, only the sensors' mounts, or every near pair at once",
         )
+        learn = gui.add_button(
+            "Learn background", icon=viser.Icon.PHOTO, hint="what stands still for 3 s is static"
+        )
+
+        @learn.on_click
+        async def _(_: Any) -> None:
+            engine.post(LearnBackground())
+
         run_key = gui.add_command("Run the arm", hotkey="R")
         hold_key = gui.add_command("Hold the arm", hotkey="H")
         stop_key = gui.add_command("Stop the arm", hotkey="S")
