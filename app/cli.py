@@ -93,9 +93,10 @@ class Run:
 
 @dataclass(frozen=True)
 class Bench:
-    """Measure: `tick` times each room of a tick, and its lateness beside an empty loop's."""
+    """Measure: `tick` times each room of a tick, and its lateness beside an empty loop's;
+    `control` times the step from pairs to velocity, beside other software if installed."""
 
-    what: tyro.conf.Positional[Literal["tick"]]
+    what: tyro.conf.Positional[Literal["tick", "control"]]
     robot: str = "ur10e"
     """A robot's name, or the path of its folder."""
     scene: str = "cell"
@@ -110,6 +111,12 @@ class Bench:
     """Print one JSON object."""
 
     def __call__(self) -> None:
+        if self.what == "control":
+            from app.studies.bench_control import bench_control
+
+            measured = bench_control(steps=int(400 * self.seconds), seed=self.seed)
+            print(measured.to_json() if self.json else measured.to_text())
+            return
         from app.studies.bench_tick import bench_tick
 
         setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)

@@ -30,7 +30,7 @@ SIZES = (0, 4, 8, 12, 16, 24, 32)  # numbers of rows that a solver is kept ready
 FREE = 1e20  # a bound that never holds
 TASK_WEIGHT = np.array([1.0, 1.0, 1.0, 0.3, 0.3, 0.3])  # of the twist: linear, angular
 ACCURACY, TURNS = 1e-5, 200
-QUICK, CAREFUL = 1e-3, 0.1  # first weights of the bounds; the first needs two thirds of the turns
+PENALTIES = (1e-3, 1e-2, 0.1)  # first weights of the bounds; the first needs the fewest turns
 FAR = 1e3
 HONEST = 1e-4  # largest product of a bound's multiplier and its distance
 TIGHT = 1e-4  # [m/s] a bound met this closely is one that holds the arm
@@ -111,9 +111,7 @@ class _Problem:
         )  # fmt: skip
         self._low[:n], self._high[:n] = low, high
         self._low[n] = 1.0 if costs.slide else 0.0
-        x = self._run(QUICK)
-        if x is None:
-            x = self._run(CAREFUL)
+        x = next(filter(lambda x: x is not None, map(self._run, PENALTIES)), None)
         if x is None:
             return None
         qd = np.minimum(np.maximum(x[:n], low), high)  # the solver is accurate to ACCURACY only
