@@ -5,11 +5,12 @@ frames ─► cloud (placed at each frame's own time, judged once) ─► closes
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
+from app.control.stuck import Stuck
 from app.control.whole_body import WholeBody
 from app.messages import Cloud, Command, CropBox, Goal, JointState, Pairs, SensorFrame
 from app.perception.cloud import SkinCloud
@@ -49,6 +50,7 @@ class Pipeline:
             "qp": WholeBody(robot, crops),
         }
         self._control: Avoidance | WholeBody = closest
+        self._stuck = Stuck()
 
     def tick(
         self,
@@ -80,8 +82,14 @@ class Pipeline:
         watch.lap("pairs")
         self._choose(params.mode)
         if moving:
+            tool, now = posture.T_base_tool, joints.stamp
+            goal = self._stuck.goal(goal, tool, now)
             command = self._control.update(posture, joints, pairs, goal, params, dt, share=share)
+            self._stuck.see(tool, pairs, command, params.escape, now)
+            if self._stuck.words and not command.reason:
+                command = replace(command, reason=self._stuck.words)
         else:
+            self._stuck.reset()
             command = self._control.brake(joints, dt)
         watch.lap("control")
         return Outcome(posture, cloud, pairs, body, command)
