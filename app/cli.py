@@ -49,6 +49,8 @@ class Run:
     """'simulated' or 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor)."""
     program: str = ""
     """A waypoint program to follow: a name, or the path of its TOML file."""
+    ghost: str = ""
+    """A second controller (wb, sm, multi, qp) on a translucent arm of its own, for comparison."""
     rate: float = 250.0
     """Ticks a second, 50 to 500."""
     seed: int = 0
@@ -78,7 +80,14 @@ class Run:
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
         setup = Setup(
-            self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed, self.program
+            self.robot,
+            self.skin,
+            self.scene,
+            self.sensors,
+            self.rate,
+            self.seed,
+            self.program,
+            self.ghost,
         )
         if self.headless:
             from app.studies.headless import summary
@@ -124,12 +133,46 @@ class Bench:
         print(report.to_json() if self.json else report.to_text())
 
 
+@dataclass(frozen=True)
+class Experiment:
+    """Run controllers against each other: `worlds` in random worlds, `tradeoff` in the
+    paper's scenes over the distance that is kept. Takes minutes; hours with many worlds."""
+
+    what: tyro.conf.Positional[Literal["worlds", "tradeoff"]]
+    worlds: int = 30
+    """Number of random worlds."""
+    seconds: float = 10.0
+    """Length of each run [s]."""
+    cell_seconds: float = 40.0
+    """tradeoff: length of the runs beside the person [s]."""
+    seed: int = 0
+    """Seed of the first world, of the noise and of the people's habits."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __post_init__(self) -> None:
+        if self.worlds < 1 or not 0.0 < self.seconds < 1e6 or not 0.0 < self.cell_seconds < 1e6:
+            raise ConfigError("worlds, seconds and cell-seconds must be positive")
+
+    def __call__(self) -> None:
+        if self.what == "worlds":
+            from app.studies.random_worlds import random_worlds
+
+            report = random_worlds(self.worlds, self.seconds, self.seed)
+        else:
+            from app.studies.tradeoff import tradeoff
+
+            report = tradeoff(seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed)
+        print(report.to_json() if self.json else report.to_text())
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     app = tyro.extras.SubcommandApp()
     app.command(name="run")(Run)
     app.command(name="bench")(Bench)
+    app.command(name="experiment")(Experiment)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

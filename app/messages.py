@@ -235,6 +235,16 @@ class Timing:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class GhostState:
+    """A second controller's arm: links (L, 4, 4), smallest perceived distance [m], command."""
+
+    mode: str
+    T_base_link: Array
+    distance: float
+    command: Command
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Snapshot:
     """All that an onlooker may know of one tick.
 
@@ -243,6 +253,7 @@ class Snapshot:
     health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
+    ghost:       a second controller's arm; None without one.
     program:     the waypoint program that runs and how far it is, in words; empty if none.
     advice:      what holds the arm back though it may move, in words; empty if nothing does.
     """
@@ -266,6 +277,7 @@ class Snapshot:
     notice: str = ""
     advice: str = ""
     program: str = ""
+    ghost: GhostState | None = None
 
 
 # --- the way back in ----------------------------------------------------------------------

@@ -18,11 +18,13 @@ from app.config import Params, change
 from app.control.programs import Program, ProgramRun, pose_of
 from app.control.supervisor import Supervisor, speed_share
 from app.errors import ConfigError, FlinchError, options
+from app.ghost import Ghost
 from app.messages import (
     Action,
     AddObstacle,
     Array,
     CropBox,
+    GhostState,
     Goal,
     JointState,
     Mode,
@@ -74,6 +76,7 @@ class Engine:
         rate: float = 250.0,
         scene: str = "",
         programs: Mapping[str, Program] | None = None,
+        ghost: Ghost | None = None,
     ) -> None:
         self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
         self.snapshots: Latest[Snapshot] = Latest()
@@ -95,6 +98,8 @@ class Engine:
         here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
         self._goal = goal or here
         self._programs = dict(programs or {})
+        self._ghost = ghost
+        self._seen_ghost: GhostState | None = None
         self._program: ProgramRun | None = None
         self._held = here
         self._thread: threading.Thread | None = None
@@ -174,6 +179,9 @@ class Engine:
                 raise FlinchError("the controller asked for a joint velocity that is not finite")
             self._arm.send(outcome.command.qd, dt)
             watch.lap("drive")
+            if self._ghost:
+                self._seen_ghost = self._ghost.update(goal, self._params, now, dt, moving)
+                watch.lap("ghost")
         except Exception as error:
             # whatever went wrong, the arm stops; the reason is shown and the trace is logged
             if self._supervisor.mode is not Mode.STOPPED:
@@ -235,6 +243,7 @@ class Engine:
             notice=self._notice,
             advice=self._late or outcome.command.reason,
             program=self._program.words if self._program else "",
+            ghost=self._seen_ghost,
         )
 
     # --- actions --------------------------------------------------------------------------

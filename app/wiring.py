@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast, get_args
 
-from app.config import Params
+from app.config import ControlMode, Params
 from app.control.programs import find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
+from app.ghost import Ghost
 from app.messages import RunProgram
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
@@ -31,6 +33,7 @@ class Setup:
     rate: float = 250.0
     seed: int = 0
     program: str = ""  # a waypoint program's name or path, run from the start
+    ghost: str = ""  # a second controller's mode, on a simulated arm of its own
     ideal: bool = False  # sensors without noise, bias and dropout
 
     def __post_init__(self) -> None:
@@ -67,13 +70,26 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         own = load_program(find_program(setup.program))
         programs[own.name] = own
     arm = SimulatedArm(robot, home)
+    ghost = None
+    if setup.ghost:
+        if kind != "simulated":
+            raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
+        q = robot.home if home is None else home
+        ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
     engine = Engine(
         robot, skin, arm, source, world, clock,
-        params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
+        params=params, goal=goal, rate=setup.rate, scene=title, programs=programs, ghost=ghost,
     )  # fmt: skip
     if setup.program:
         engine.post(RunProgram(own.name))
     return engine
+
+
+def _mode(name: str) -> ControlMode:
+    for mode in get_args(ControlMode):
+        if mode == name:
+            return cast(ControlMode, mode)
+    raise ConfigError(f"ghost = {name!r}; choose one of {', '.join(get_args(ControlMode))}")
 
 
 def _skin_file(name: str, robot: Robot) -> Path:
