@@ -22,6 +22,7 @@ from app.studies.report import Check, Report
 
 WARM = 200
 DT = 0.004
+FAR = 0.59  # [m] just inside d_inf
 
 
 class Case(NamedTuple):
@@ -43,15 +44,17 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
     closest, links = Avoidance(robot), Avoidance(robot, "links")
     bounds = WholeBody(robot)
     wb, qp = Params(mode="wb"), Params(mode="qp")
-    subjects: list[tuple[str, int, Any, Params]] = [
-        ("task priority", 7, closest, wb),
-        ("task priority, every link", 7, links, wb),
-        ("qp", 7, bounds, qp),
-        ("qp", 12, bounds, qp),
-        ("qp", 32, bounds, qp),
+    subjects: list[tuple[str, int, float, Any, Params]] = [
+        ("task priority", 7, FAR, closest, wb),
+        ("task priority, every link", 7, FAR, links, wb),
+        ("qp", 7, FAR, bounds, qp),
+        ("qp", 12, FAR, bounds, qp),
+        ("qp", 32, FAR, bounds, qp),
+        ("qp, all too near", 12, qp.d_s, bounds, qp),
+        ("qp, all too near", 32, qp.d_s, bounds, qp),
     ]
-    for name, k, control, params in subjects:
-        cases = make_cases(robot, k, WARM + steps, seed)
+    for name, k, far, control, params in subjects:
+        cases = make_cases(robot, k, WARM + steps, seed, far)
         control.reset()
 
         def step(c: Case, control: Any = control, params: Params = params) -> None:
@@ -67,6 +70,18 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
         Check("task priority, median", medians["task priority, 7 pairs"], "ms", 0.15),
         Check("qp with 12 pairs, median", medians["qp, 12 pairs"], "ms", 0.3),
         Check("qp with 32 pairs, median", medians["qp, 32 pairs"], "ms", 0.8),
+        Check(
+            "qp with 12 pairs all too near, median",
+            medians["qp, all too near, 12 pairs"],
+            "ms",
+            0.3,
+        ),
+        Check(
+            "qp with 32 pairs all too near, median",
+            medians["qp, all too near, 32 pairs"],
+            "ms",
+            0.8,
+        ),
         Check("qp, 99 % of processor time", max(slow[n] for n in slow if "qp" in n), "ms", 2.0),
         Check("qp, new rows each tick, 99 % of processor time", unsolved["p99_cpu_ms"], "ms", 2.0),
         Check(f"qp, unsolved of {hard}", float(unsolved["unsolved"]), "", 0.0),
@@ -77,8 +92,12 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
     return Report("bench control", seed, rows, checks)
 
 
-def make_cases(robot: Robot, k: int, count: int, seed: int) -> list[Case]:
-    """Random postures near home with `k` pairs on moving links, 0.15 to 0.59 m away."""
+def make_cases(robot: Robot, k: int, count: int, seed: int, far: float = FAR) -> list[Case]:
+    """Random postures near home with `k` pairs on moving links, 0.15 to `far` [m] away.
+
+    Up to d_inf few rows can be broken within one tick and the rest are left out; with `far`
+    at d_s every row demands a retreat, most of them against each other.
+    """
     rng = np.random.default_rng([seed, k])
     moving = np.flatnonzero(robot.supports.any(axis=1))
     cases = []
@@ -89,7 +108,7 @@ def make_cases(robot: Robot, k: int, count: int, seed: int) -> list[Case]:
         n = rng.normal(size=(k, 3))
         n /= np.linalg.norm(n, axis=1)[:, None]
         on = posture.T_base_link[link, :3, 3] - 0.06 * n
-        d = rng.uniform(0.15, 0.59, k)
+        d = rng.uniform(0.15, far, k)
         pairs = Pairs(link, d, on, on - d[:, None] * n, n, np.arange(k), int(np.argmin(d)))
         goal = Goal(robot.posture(q + rng.uniform(-0.3, 0.3, robot.n)).T_base_tool)
         cases.append(Case(posture, JointState(0.0, q, np.zeros(robot.n)), pairs, goal))
