@@ -69,13 +69,15 @@ class Run(WhichRobot):
     """'simulated' or 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor)."""
     program: str = ""
     """A waypoint program to follow: a name, or the path of its TOML file."""
+    ghost: str = ""
+    """A second controller (wb, sm, multi, qp) on a translucent arm of its own, for comparison."""
     rate: float = 250.0
     """Ticks a second, 50 to 500."""
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
     background: Path | None = None
     """File of the learned background: read at the start, written when one is learned."""
-    ghosts: float = 0.0
+    stray: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
     """Port of the page on 127.0.0.1; 0 takes a free one."""
@@ -94,8 +96,8 @@ class Run(WhichRobot):
     def __post_init__(self) -> None:
         if not 0.0 < self.seconds < 1e6:
             raise ConfigError(f"seconds = {self.seconds:g}; give a positive number")
-        if not 0.0 <= self.ghosts <= 0.1:
-            raise ConfigError(f"ghosts = {self.ghosts:g}; give a share from 0 to 0.1")
+        if not 0.0 <= self.stray <= 0.1:
+            raise ConfigError(f"stray = {self.stray:g}; give a share from 0 to 0.1")
         if not 0 <= self.port < 65536:
             raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
 
@@ -106,7 +108,7 @@ class Run(WhichRobot):
         setup = Setup(
             self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
             urdf=self.urdf, choice=self.choice(),
-            ghosts=self.ghosts, program=self.program,
+            stray=self.stray, program=self.program, ghost=self.ghost,
             background=self.background,
         )  # fmt: skip
         if self.headless:
@@ -122,9 +124,10 @@ class Run(WhichRobot):
 
 @dataclass(frozen=True)
 class Bench:
-    """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`."""
+    """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`;
+    `control` the step from pairs to velocity, beside other software where it is installed."""
 
-    what: tyro.conf.Positional[Literal["tick", "perception", "peers"]]
+    what: tyro.conf.Positional[Literal["tick", "perception", "peers", "control"]]
     robot: str = "ur10e"
     """A robot's name, or the path of its folder."""
     scene: str = "cell"
@@ -141,7 +144,11 @@ class Bench:
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        if self.what == "tick":
+        if self.what == "control":
+            from app.studies.bench_control import bench_control
+
+            report = bench_control(steps=int(400 * self.seconds), seed=self.seed)
+        elif self.what == "tick":
             from app.studies.bench_tick import bench_tick
 
             setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
@@ -223,6 +230,39 @@ class Doctor(WhichRobot):
         print(report.to_json() if self.json else to_table(report))
 
 
+@dataclass(frozen=True)
+class Experiment:
+    """Run controllers against each other: `worlds` in random worlds, `tradeoff` in the
+    paper's scenes over the distance that is kept. Takes minutes; hours with many worlds."""
+
+    what: tyro.conf.Positional[Literal["worlds", "tradeoff"]]
+    worlds: int = 30
+    """Number of random worlds."""
+    seconds: float = 10.0
+    """Length of each run [s]."""
+    cell_seconds: float = 40.0
+    """tradeoff: length of the runs beside the person [s]."""
+    seed: int = 0
+    """Seed of the first world, of the noise and of the people's habits."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __post_init__(self) -> None:
+        if self.worlds < 1 or not 0.0 < self.seconds < 1e6 or not 0.0 < self.cell_seconds < 1e6:
+            raise ConfigError("worlds, seconds and cell-seconds must be positive")
+
+    def __call__(self) -> None:
+        if self.what == "worlds":
+            from app.studies.random_worlds import random_worlds
+
+            report = random_worlds(self.worlds, self.seconds, self.seed)
+        else:
+            from app.studies.tradeoff import tradeoff
+
+            report = tradeoff(seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed)
+        print(report.to_json() if self.json else report.to_text())
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
@@ -232,6 +272,7 @@ def main(args: Sequence[str] | None = None) -> int:
     app.command(name="doctor")(Doctor)
     app.command(name="calibrate-filter")(CalibrateFilter)
     app.command(name="skin")(SkinCommand)
+    app.command(name="experiment")(Experiment)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

@@ -160,6 +160,10 @@ class Params:
     ssm_margin: float = tunable(
         0.10, "m", 0.0, 1.0, "control", "separation: intrusion and uncertainty of positions"
     )
+    escape: bool = tunable(
+        False, "", None, None, "control",
+        "try a way round, a few seconds and at most 0.3 m aside, when the goal is blocked",
+    )  # fmt: skip
     slow_after: float = tunable(
         0.2, "s", 0.1, 2.0, "runtime", "the arm slows when no sensor has spoken for this long"
     )

@@ -246,6 +246,16 @@ class Timing:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class GhostState:
+    """A second controller's arm: links (L, 4, 4), smallest perceived distance [m], command."""
+
+    mode: str
+    T_base_link: Array
+    distance: float
+    command: Command
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Snapshot:
     """All that an onlooker may know of one tick.
 
@@ -255,6 +265,7 @@ class Snapshot:
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
     jump:        [m] how far the acted-on control point moved since the last tick.
+    ghost:       a second controller's arm; None without one.
     program:     the waypoint program that runs and how far it is, in words; empty if none.
     advice:      what holds the arm back though it may move, in words; empty if nothing does.
     memory:      (n, 3) [m] remembered points near the arm, base frame.
@@ -281,6 +292,7 @@ class Snapshot:
     advice: str = ""
     program: str = ""
     memory: Array = field(default_factory=lambda: np.empty((0, 3)))
+    ghost: GhostState | None = None
 
 
 # --- the way back in ----------------------------------------------------------------------

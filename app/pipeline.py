@@ -5,7 +5,7 @@ frames ─► cloud (placed at each frame's own time, judged once) ─► closes
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
+from app.control.stuck import Stuck
 from app.control.whole_body import WholeBody
 from app.messages import (
     Array,
@@ -79,6 +80,7 @@ class Pipeline:
             "qp": WholeBody(robot, crops),
         }
         self._control: Avoidance | WholeBody = closest
+        self._stuck = Stuck()
 
     @property
     def background(self) -> Background:
@@ -135,10 +137,16 @@ class Pipeline:
         watch.lap("pairs")
         self._choose(params.mode)
         if moving:
+            tool, now = posture.T_base_tool, joints.stamp
+            goal = self._stuck.goal(goal, tool, now)
             command = self._control.update(
                 posture, joints, pairs, goal, params, dt, pairs.approach, share
             )
+            self._stuck.see(tool, pairs, command, params.escape, now)
+            if self._stuck.words and not command.reason:
+                command = replace(command, reason=self._stuck.words)
         else:
+            self._stuck.reset()
             command = self._control.brake(joints, dt)
         watch.lap("control")
         memory = freeze(self._memory.points[self._memory.near])

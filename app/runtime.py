@@ -20,11 +20,13 @@ from app.config import Params, change
 from app.control.programs import Program, ProgramRun, pose_of
 from app.control.supervisor import Supervisor, speed_share
 from app.errors import ConfigError, FlinchError, options
+from app.ghost import Ghost
 from app.messages import (
     Action,
     AddObstacle,
     Array,
     CropBox,
+    GhostState,
     Goal,
     JointState,
     LearnBackground,
@@ -78,6 +80,7 @@ class Engine:
         scene: str = "",
         programs: Mapping[str, Program] | None = None,
         background: Path | None = None,
+        ghost: Ghost | None = None,
     ) -> None:
         self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
         self.snapshots: Latest[Snapshot] = Latest()
@@ -102,6 +105,8 @@ class Engine:
         here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
         self._goal = goal or here
         self._programs = dict(programs or {})
+        self._ghost = ghost
+        self._seen_ghost: GhostState | None = None
         self._program: ProgramRun | None = None
         self._held = here
         self._thread: threading.Thread | None = None
@@ -190,6 +195,9 @@ class Engine:
                 raise FlinchError("the controller asked for a joint velocity that is not finite")
             self._arm.send(outcome.command.qd, dt)
             watch.lap("drive")
+            if self._ghost:
+                self._seen_ghost = self._ghost.update(goal, self._params, now, dt, moving)
+                watch.lap("ghost")
         except Exception as error:
             # whatever went wrong, the arm stops; the reason is shown and the trace is logged
             if self._supervisor.mode is not Mode.STOPPED:
@@ -253,6 +261,7 @@ class Engine:
             advice=self._late or outcome.command.reason,
             program=self._program.words if self._program else "",
             memory=outcome.memory,
+            ghost=self._seen_ghost,
         )
 
     # --- actions --------------------------------------------------------------------------

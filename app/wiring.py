@@ -2,11 +2,13 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast, get_args
 
 from app.assets import asset_folder
-from app.config import Params
+from app.config import ControlMode, Params
 from app.control.programs import find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
+from app.ghost import Ghost
 from app.messages import RunProgram
 from app.robot.arm import SimulatedArm
 from app.robot.descriptions import PREFIX, find_description
@@ -34,11 +36,12 @@ class Setup:
     rate: float = 250.0
     seed: int = 0
     program: str = ""  # a waypoint program's name or path, run from the start
+    ghost: str = ""  # a second controller's mode, on a simulated arm of its own
     ideal: bool = False  # sensors without noise, bias and dropout
     urdf: str = ""  # a bare URDF instead of a robot's folder
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
-    ghosts: float = 0.0  # share of zones and frames with a return from nothing
+    stray: float = 0.0  # share of zones and frames with a return from nothing
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
@@ -53,7 +56,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     if kind == "simulated" and not rest:
         scene = load_scene(find_scene(setup.scene), setup.seed)
         world = World(scene.bodies, scene.crops)
-        errors = ErrorModel(ideal=setup.ideal, ghosts=setup.ghosts)
+        errors = ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
         source: Source = SimulatedSkin(robot, skin, world, setup.seed, errors)
         home, goal, title = scene.home, scene.goal, scene.title
         if setup.choice.home_deg or scene.robot not in ("", robot.name):
@@ -76,10 +79,16 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         own = load_program(find_program(setup.program))
         programs[own.name] = own
     arm = SimulatedArm(robot, home)
+    ghost = None
+    if setup.ghost:
+        if kind != "simulated":
+            raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
+        q = robot.home if home is None else home
+        ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
     engine = Engine(
         robot, skin, arm, source, world, clock,
         params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
-        background=setup.background,
+        background=setup.background, ghost=ghost,
     )  # fmt: skip
     if setup.program:
         engine.post(RunProgram(own.name))
@@ -98,6 +107,13 @@ def build_robot(setup: Setup) -> Robot:
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
     """The layout that a setup names, or the robot's own."""
     return load_skin(_skin_file(setup.skin, robot), robot)
+
+
+def _mode(name: str) -> ControlMode:
+    for mode in get_args(ControlMode):
+        if mode == name:
+            return cast(ControlMode, mode)
+    raise ConfigError(f"ghost = {name!r}; choose one of {', '.join(get_args(ControlMode))}")
 
 
 def _skin_file(name: str, robot: Robot) -> Path:

@@ -24,15 +24,18 @@ from app.messages import (
     Cloud,
     Command,
     CropBox,
+    GhostState,
     Goal,
     JointState,
     Mode,
     MoveObstacle,
     Pairs,
+    RunProgram,
     SensorHealth,
     SetGoal,
     SetMode,
     SetParams,
+    SetPose,
     Snapshot,
     Status,
     Timing,
@@ -562,11 +565,43 @@ def test_an_engine_that_falls_silent_is_told(
 def test_the_plot_holds_half_a_minute(page: Page, engine: FakeEngine) -> None:
     for _ in range(3):
         show(page, engine, snapshot(engine))
-    x, distance, d_min, upper = page.plot.distance.data
+    x, distance, d_min, upper, ghost, separation = page.plot.distance.data
     assert len(x) == LENGTH
     assert (x[-1], distance[-1], d_min[-1], upper[-1]) == pytest.approx((0.0, 25.0, 20.0, 30.0))
     assert x[-2] == pytest.approx(-1.0)
+    assert (ghost < 0.0).all() and (separation < 0.0).all()  # neither is in use
     assert np.isfinite(np.concatenate(page.plot.distance.data)).all()
+
+
+def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: FakeEngine) -> None:
+    links = np.array(snapshot(engine).T_base_link)
+    links[:, 0, 3] += 0.1
+    ghost = GhostState("qp", links, 0.4, Command(np.zeros(6)))
+    params = Params(separation=True)
+    show(page, engine, snapshot(engine, ghost=ghost, params=params))
+    assert [h.position[0] for h in page.ghost._links] == pytest.approx(links[:, 0, 3])
+    assert all(h.visible for h in page.ghost._links)
+    data = page.plot.distance.data
+    assert data[4][-1] == pytest.approx(40.0) and data[5][-1] > 10.0
+    show(page, engine, snapshot(engine))
+    assert not any(h.visible for h in page.ghost._links)
+
+
+def test_a_pose_is_typed_and_a_program_is_started_and_ended(page: Page, engine: FakeEngine) -> None:
+    page.goals.position.value = (500.0, -100.0, 400.0)
+    page.goals.rpy.value = (180.0, 0.0, 90.0)
+    run(page, page.goals.go, True)
+    assert engine.posted == [SetPose((0.5, -0.1, 0.4), (np.pi, 0.0, np.pi / 2))]
+    run(page, page.goals.buttons, "Start")
+    run(page, page.goals.buttons, "End")
+    assert engine.posted[1:] == [RunProgram("screws"), RunProgram("")]
+    show(page, engine, snapshot(engine, program="screws 1/2 left, 0 reached"))
+    assert "1/2 left" in page.goals.state.content
+
+
+def test_what_holds_the_arm_back_is_told(page: Page, engine: FakeEngine) -> None:
+    show(page, engine, snapshot(engine, advice="slow: the sensors are silent for 0.3 s"))
+    assert "silent for 0.3 s" in page.control.state.content
 
 
 def test_the_plot_draws_an_empty_sky_at_its_top(page: Page, engine: FakeEngine) -> None:

@@ -30,8 +30,9 @@ SIZES = (0, 4, 8, 12, 16, 24, 32)  # numbers of rows that a solver is kept ready
 FREE = 1e20  # a bound that never holds
 TASK_WEIGHT = np.array([1.0, 1.0, 1.0, 0.3, 0.3, 0.3])  # of the twist: linear, angular
 ACCURACY, TURNS = 1e-5, 200
-QUICK, CAREFUL = 1e-3, 0.1  # first weights of the bounds; the first needs two thirds of the turns
+PENALTIES = (1e-3, 1e-2, 0.1)  # first weights of the bounds; the first needs the fewest turns
 FAR = 1e3
+TOUCHED = 1e-4  # a bound this near is touched: dear slack has multipliers of hundreds
 HONEST = 1e-4  # largest product of a bound's multiplier and its distance
 TIGHT = 1e-4  # [m/s] a bound met this closely is one that holds the arm
 
@@ -95,7 +96,7 @@ class _Problem:
         self._qp.settings.max_iter = TURNS
         self._qp.settings.check_duality_gap = True
         self._qp.settings.eps_duality_gap_abs = ACCURACY
-        self._qp.settings.eps_duality_gap_rel = 0.0
+        self._qp.settings.eps_duality_gap_rel = 1e-6
         self._qp.settings.initial_guess = proxqp.NO_INITIAL_GUESS
         self._qp.init(
             self._H, self._g, None, None, self._C, self._l, self._u, self._low, self._high
@@ -111,9 +112,7 @@ class _Problem:
         )  # fmt: skip
         self._low[:n], self._high[:n] = low, high
         self._low[n] = 1.0 if costs.slide else 0.0
-        x = self._run(QUICK)
-        if x is None:
-            x = self._run(CAREFUL)
+        x = next(filter(lambda x: x is not None, map(self._run, PENALTIES)), None)
         if x is None:
             return None
         qd = np.minimum(np.maximum(x[:n], low), high)  # the solver is accurate to ACCURACY only
@@ -133,7 +132,7 @@ class _Problem:
             return None
         x = np.asarray(results.x)
         pulls = _pulls(x, np.asarray(results.z), self._C, self._l, self._low, self._high)
-        return x if pulls < HONEST else None  # NaN is not less
+        return x if pulls < HONEST and np.isfinite(x).all() else None
 
 
 @compiled
@@ -149,7 +148,9 @@ def _pulls(x: Array, z: Array, C: Array, bound: Array, low: Array, high: Array) 
         else:
             at, below, above = x[i - m], low[i - m], high[i - m]
         distance = at - below if z[i] < 0.0 else above - at
-        pull = abs(z[i]) * min(distance, FAR)  # a bound that is open has rounding's multiplier
+        pull = abs(z[i]) * min(
+            max(distance - TOUCHED, 0.0), FAR
+        )  # a bound that is open has rounding's multiplier
         if not abs(pull) <= worst:
             worst = abs(pull)
     return worst

@@ -14,12 +14,13 @@ what approaches is slowed: moving away and along is free. Inside d_s a retreat i
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.config import Params
 from app.control.clearance import KEPT, Gaps
 from app.control.compiled import compiled
 from app.control.separation import allowed_speed
-from app.messages import Array, Pairs, freeze
+from app.messages import Array, Pairs
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -118,26 +119,83 @@ def _bounds(
 def own_rows(robot: Robot, posture: Posture, gaps: Gaps, params: Params, most: int = 8) -> Rows:
     """The `most` nearest gaps of the robot to itself and to the cell, with the dearest slack."""
     order = np.argsort(gaps.distance, kind="stable")[:most]
-    a, b, n, d = gaps.a[order], gaps.b[order], gaps.normal[order], gaps.distance[order]
-    J = posture.distance_rows(a, gaps.on_a[order], n)
-    other = posture.distance_rows(np.maximum(b, 0), gaps.on_b[order], n)
-    J = J - other * (b >= 0)[:, None]
-    low = -SELF_GAIN * (d - KEPT)
-    reach = np.abs(J) @ (params.speed * robot.qd_max)
-    low = np.minimum(low, np.minimum(params.v_esc, params.kappa * reach))
-    m = len(order)
+    m, n = len(order), robot.n
+    J, low = np.empty((m, n)), np.empty(m)
+    _own(
+        order, gaps.a, gaps.b, gaps.distance, gaps.on_a, gaps.on_b, gaps.normal,
+        posture.J_base, robot.supports, params.speed * robot.qd_max,
+        params.v_esc, params.kappa, J, low,
+    )  # fmt: skip
     return Rows(
-        J, low, np.full(m, SELF_COST[0]), np.full(m, SELF_COST[1]), np.full(m, -1), d < KEPT
-    )
+        J, low, np.full(m, SELF_COST[0]), np.full(m, SELF_COST[1]),
+        np.full(m, -1), gaps.distance[order] < KEPT,
+    )  # fmt: skip
+
+
+@compiled
+def _own(
+    order: NDArray[np.int64],
+    a: NDArray[np.int64],
+    b: NDArray[np.int64],
+    distance: Array,
+    on_a: Array,
+    on_b: Array,
+    normal: Array,
+    J_base: Array,
+    supports: Array,
+    qd_max: Array,
+    v_esc: float,
+    kappa: float,
+    J: Array,
+    low: Array,
+) -> None:
+    """Rate of each gap, and its bound; a gap to the cell has only the one side that moves."""
+    for i, k in enumerate(order):
+        n = normal[k]
+        turn_a, turn_b = np.cross(on_a[k], n), np.cross(on_b[k], n)
+        reach = 0.0
+        for j in range(J.shape[1]):
+            along, one, two = 0.0, 0.0, 0.0
+            for r in range(3):
+                along += n[r] * J_base[r, j]
+                one += turn_a[r] * J_base[3 + r, j]
+                two += turn_b[r] * J_base[3 + r, j]
+            J[i, j] = supports[a[k], j] * (along + one)
+            if b[k] >= 0:
+                J[i, j] -= supports[b[k], j] * (along + two)
+            reach += abs(J[i, j]) * qd_max[j]
+        low[i] = min(-SELF_GAIN * (distance[k] - KEPT), v_esc, kappa * reach)
+
+
+def that_can_bite(rows: Rows, low: Array, high: Array) -> Rows:
+    """The rows that some qd in low (n,) <= qd <= high (n,) breaks; the others change nothing."""
+    bite = np.flatnonzero(_bites(rows.jacobian, rows.low, low, high))
+    if len(bite) == len(rows.low):
+        return rows
+    return Rows(
+        rows.jacobian[bite], rows.low[bite], rows.linear[bite], rows.quadratic[bite],
+        rows.source[bite], rows.inside[bite],
+    )  # fmt: skip
+
+
+@compiled
+def _bites(J: Array, bound: Array, low: Array, high: Array) -> np.ndarray:
+    out = np.zeros(len(bound), dtype=np.bool_)
+    for i in range(len(bound)):
+        least = 0.0
+        for j in range(J.shape[1]):
+            least += J[i, j] * (low[j] if J[i, j] > 0.0 else high[j])
+        out[i] = least < bound[i]
+    return out
 
 
 def joined(one: Rows, two: Rows) -> Rows:
     """Both sets of bounds, in this order."""
     return Rows(
-        freeze(np.concatenate((one.jacobian, two.jacobian))),
-        freeze(np.concatenate((one.low, two.low))),
-        freeze(np.concatenate((one.linear, two.linear))),
-        freeze(np.concatenate((one.quadratic, two.quadratic))),
-        freeze(np.concatenate((one.source, two.source))),
-        freeze(np.concatenate((one.inside, two.inside))),
+        np.concatenate((one.jacobian, two.jacobian)),
+        np.concatenate((one.low, two.low)),
+        np.concatenate((one.linear, two.linear)),
+        np.concatenate((one.quadratic, two.quadratic)),
+        np.concatenate((one.source, two.source)),
+        np.concatenate((one.inside, two.inside)),
     )

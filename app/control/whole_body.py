@@ -15,7 +15,7 @@ from app.control.goals import goal_twist
 from app.control.limits import bring_into, velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.control.qp import Costs, Solver
-from app.control.rows import SELF_WITHIN, Rows, avoidance_rows, joined, own_rows
+from app.control.rows import SELF_WITHIN, Rows, avoidance_rows, joined, own_rows, that_can_bite
 from app.errors import FlinchError
 from app.messages import Array, Command, CropBox, Goal, JointState, Pairs, freeze
 from app.robot.model import Robot
@@ -62,10 +62,10 @@ class WholeBody:
         share: 0..1 of the allowed speed, less while the sensors are silent.
         Raises a FlinchError when there was no answer several times in a row.
         """
-        rows = self._rows(posture, pairs, params, approach)
         relaxed = self._relaxed > RELAXED_AFTER
         previous = self._in_force(joints)
         low, high = self._box(joints, params.speed * share, relaxed, dt, previous)
+        rows = self._rows(posture, pairs, params, approach, low, high)
         answer = self._solver.solve(self._costs(posture, goal, params, previous), rows, low, high)
         if answer is None:
             self._unsolved += 1
@@ -110,12 +110,23 @@ class WholeBody:
         self.previous = qd
         return Command(qd=freeze(qd.copy()), reason=reason)
 
-    def _rows(self, posture: Posture, pairs: Pairs, params: Params, approach: Array | None) -> Rows:
+    def _rows(
+        self,
+        posture: Posture,
+        pairs: Pairs,
+        params: Params,
+        approach: Array | None,
+        low: Array,
+        high: Array,
+    ) -> Rows:
+        """The bounds that matter within the box, the world's first."""
         near = avoidance_rows(self._robot, posture, pairs, params, approach)
+        near = that_can_bite(near, low, high)
         gaps = self._clearance.measure(posture, SELF_WITHIN)
         if len(gaps.distance) == 0:
             return near
-        return joined(near, own_rows(self._robot, posture, gaps, params))
+        own = that_can_bite(own_rows(self._robot, posture, gaps, params), low, high)
+        return joined(near, own) if len(own.low) else near
 
     def _in_force(self, joints: JointState) -> Array:
         """The last command, or what the arm really does where it does not follow."""

@@ -9,6 +9,7 @@ WARN: RGB = (230, 159, 0)
 ALARM: RGB = (204, 51, 34)
 GREY: RGB = (130, 135, 142)
 DARK: RGB = (60, 66, 74)
+GHOST: RGB = (120, 90, 200)
 
 HEALTH: dict[SensorHealth, RGB] = {
     SensorHealth.ABSENT: (150, 155, 160),

@@ -17,6 +17,7 @@ from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
 from app.ui.scene.memory_view import MemoryView
 from app.ui.scene.pair_view import PairView
@@ -86,6 +87,7 @@ class Page:
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
         self.pair = PairView(server, engine)
+        self.ghost = GhostView(server, engine)
         self.goal = GoalView(server, engine, clock)
         self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
 
@@ -111,7 +113,7 @@ class Page:
         charts.float(x=12, y=-12, width=370)
 
         views = (
-            self.stage, self.robot, self.cloud, self.pair, self.goal, self.world,
+            self.stage, self.robot, self.ghost, self.cloud, self.pair, self.goal, self.world,
             self.control, self.obstacles, self.goals, self.params, self.plot, self.health,
             self.memory,
         )  # fmt: skip
@@ -119,6 +121,7 @@ class Page:
 
     def _switches(self) -> list[Switch]:
         views = (
-            self.robot, self.world, self.goal, self.pair, self.cloud, self.memory, self.stage,
+            self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
+            self.stage,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

@@ -6,17 +6,22 @@ import numpy as np
 import viser
 from viser import uplot
 
+from app.control.separation import protective_distance
 from app.messages import Array, Snapshot
-from app.ui.colours import ALARM, POINT, WARN, Verdict, css
+from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, Verdict, css
 from app.ui.pacing import Every
 
 PERIOD = 0.1  # [s]
 SPAN = 30.0  # [s]
 CEILING = 100.0  # [cm] farther, or nothing in sight, is drawn at the top
 JUMP = 50.0  # [cm] larger jumps are drawn at the top
+NOWHERE = -10.0  # [cm] below the chart: there is no such line
 LENGTH = int(SPAN / PERIOD)
 
-Row = tuple[float, float, float, float, float]
+# time [s], distance, d_min [cm], activation, the ghost's distance, the separation distance,
+# the control point's largest jump [cm]
+Row = tuple[float, float, float, float, float, float, float]
+
 AXIS = {"size": 42, "font": "11px sans-serif"}
 TIME = {"size": 24, "font": "11px sans-serif"}
 
@@ -27,16 +32,18 @@ class PlotPanel:
     def __init__(self, server: viser.ViserServer) -> None:
         self._pace = Every(PERIOD)
         self._rows: deque[Row] = deque(maxlen=LENGTH)
-        empty = tuple(np.zeros(LENGTH) for _ in range(4))
+        empty = tuple(np.zeros(LENGTH) for _ in range(6))
         self._jump = 0.0  # the largest since the last sample
         seconds = {"time": False, "range": (-SPAN, 0.0)}
         self.distance = server.gui.add_uplot(
-            (np.linspace(-SPAN, 0.0, LENGTH), *empty[:3]),
+            (np.linspace(-SPAN, 0.0, LENGTH), *empty[:5]),
             (
                 uplot.Series(label="s"),
                 uplot.Series(label="distance [cm]", stroke=css(POINT[Verdict.KEPT]), width=2),
                 uplot.Series(label="d_min", stroke=css(ALARM), width=1, dash=(6, 4)),
                 uplot.Series(label="d_min + delta", stroke=css(WARN), width=1, dash=(6, 4)),
+                uplot.Series(label="ghost [cm]", stroke=css(GHOST), width=1.5),
+                uplot.Series(label="separation [cm]", stroke=css(GREY), width=1.5, dash=(2, 3)),
             ),
             title="Smallest distance [cm]",
             scales={"x": seconds, "y": {"range": (0.0, 1.04 * CEILING)}},  # type: ignore[dict-item]
@@ -80,19 +87,36 @@ class PlotPanel:
         near = min(100.0 * snapshot.pairs.minimum, CEILING)
         if self._rows and self._rows[-1][0] > snapshot.stamp:  # the clock was set back
             self._rows.clear()
-        activation = snapshot.command.activation
-        self._rows.append((snapshot.stamp, near, 100.0 * params.d_min, activation, self._jump))
+        ghost = NOWHERE
+        if snapshot.ghost is not None:
+            ghost = min(100.0 * snapshot.ghost.distance, CEILING)
+        kept = params.d_s if params.mode == "qp" else params.d_min
+        self._rows.append(
+            (
+                snapshot.stamp, near, 100.0 * kept, snapshot.command.activation, ghost,
+                min(100.0 * separation(snapshot), CEILING), self._jump,
+            )
+        )  # fmt: skip
         self._jump = 0.0
         rows = filled(self._rows)
         d_min = rows[:, 2]
-        upper = d_min + 100.0 * params.delta
-        self.distance.data = (rows[:, 0], rows[:, 1], d_min, upper)
+        width = params.d_inf - params.d_s if params.mode == "qp" else params.delta
+        upper = d_min + 100.0 * width
+        self.distance.data = (rows[:, 0], rows[:, 1], d_min, upper, rows[:, 4], rows[:, 5])
         self.activation.data = (rows[:, 0], rows[:, 3])
-        self.jump.data = (rows[:, 0], rows[:, 4])
+        self.jump.data = (rows[:, 0], rows[:, 6])
+
+
+def separation(snapshot: Snapshot) -> float:
+    """Protective distance [m] by the model, at the arm's present pace; below 0 if not in use."""
+    if not snapshot.params.separation:
+        return NOWHERE / 100.0
+    pace = min(float(np.abs(snapshot.joints.qd).max()), snapshot.params.v_max)
+    return float(protective_distance(np.array(pace), snapshot.params))
 
 
 def filled(rows: deque[Row]) -> Array:
-    """(LENGTH, 5) rows with times relative to the newest; before the first, the first repeats."""
+    """(LENGTH, 7) rows with times relative to the newest; before the first, the first repeats."""
     a = np.array(rows)
     a[:, 0] -= a[-1, 0]
     return np.concatenate((np.repeat(a[:1], LENGTH - len(a), axis=0), a))
