@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from app.messages import Array
 
 compiled = numba.njit(cache=True, nogil=True, fastmath=False)
+AROUND = 0.25  # [m] around a link's box in which least distances are tabulated
 DEPTH = 64  # of the traversal stack; the trees are balanced, 2^64 faces do not exist
 
 
@@ -22,6 +23,7 @@ def nearest_of_links(
     T_base_link: Array,
     hint: NDArray[np.int64],
     hinted_only: bool,
+    floor: Array,
     low: Array,
     high: Array,
     child: NDArray[np.int64],
@@ -39,7 +41,7 @@ def nearest_of_links(
     """Signed nearest distance of every link to the used `points` (n, 3), base frame.
 
     hint: (L,) row that was nearest last time, tried first; -1 for none. `hinted_only` looks at
-    no other.
+    no other. floor: (L, G, G, G) least signed distance in the cells of `distance_floor`.
     Writes distance (L,) (+inf without a point), row (L,) (-1), on_link (L, 3) base frame and
     outward (L, 3), the body's outward pseudonormal there, base frame. Points with NaN are
     passed over.
@@ -64,8 +66,13 @@ def nearest_of_links(
         for a in range(3):
             centre[a] = T[a, 0] * p[0] + T[a, 1] * p[1] + T[a, 2] * p[2] + T[a, 3]
         # the hinted row comes first, as row -1 of the loop, so that the rest is pruned
-        for step in range(-1, 0 if hinted_only else len(points)):
-            i = hint[link] if step < 0 else step
+        # and so does the row that the link before this one has found
+        for step in range(-1 if hinted_only else -2, 0 if hinted_only else len(points)):
+            i = step
+            if step == -1:
+                i = hint[link]
+            elif step == -2:
+                i = row[link - 1] if link > 0 else -1
             if i < 0 or i >= len(points) or not use[i] or (step >= 0 and i == best_row):
                 continue
             far = radius + max(best, 0.0)
@@ -90,6 +97,11 @@ def nearest_of_links(
                 limit = np.inf  # perhaps inside: the deepest point wins, not the nearest
             else:
                 continue  # NaN
+            least = _floor(p, low, high, node, floor[link])
+            if least >= best:
+                continue
+            if least > 0.0:
+                limit = best * best
             d2, face, part = nearest_face(
                 p, limit, node, low, high, child, start, count, corners, found
             )
@@ -122,6 +134,62 @@ def nearest_of_links(
                     + T[a, 3]
                 )
                 outward[link, a] = (T[a, 0] * n[0] + T[a, 1] * n[1] + T[a, 2] * n[2]) / length
+
+
+@compiled
+def distance_floor(
+    low: Array,
+    high: Array,
+    child: NDArray[np.int64],
+    start: NDArray[np.int64],
+    count: NDArray[np.int64],
+    corners: Array,
+    normals: Array,
+    root: NDArray[np.int64],
+    closed: NDArray[np.bool_],
+    out: Array,
+) -> None:
+    """Write a lower bound [m] of the signed distance in each cell (L, G, G, G) of the box
+    around a link, `AROUND` larger on every side; -inf where the cell may lie inside.
+    """
+    G = out.shape[1]
+    p, found = np.empty(3), np.empty(3)
+    for link in range(len(root)):
+        node = root[link]
+        size = (high[node] - low[node] + 2.0 * AROUND) / G
+        reach = 0.5 * np.sqrt((size * size).sum())
+        for x in range(G):
+            for y in range(G):
+                limit = np.inf
+                for z in range(G):
+                    p[0] = low[node, 0] - AROUND + (x + 0.5) * size[0]
+                    p[1] = low[node, 1] - AROUND + (y + 0.5) * size[1]
+                    p[2] = low[node, 2] - AROUND + (z + 0.5) * size[2]
+                    d2, face, part = nearest_face(
+                        p, limit, node, low, high, child, start, count, corners, found
+                    )
+                    d = np.sqrt(d2)
+                    n = normals[face, part]
+                    side = 0.0
+                    for a in range(3):
+                        side += (p[a] - found[a]) * n[a]
+                    out[link, x, y, z] = d - reach
+                    if closed[link] and (side <= 0.0 or d <= reach):
+                        out[link, x, y, z] = -np.inf
+                    # the next cell's centre is no farther from the surface than this
+                    limit = (d + size[2]) ** 2 * 1.001 + 1e-9
+
+
+@compiled
+def _floor(p: Array, low: Array, high: Array, node: int, floor: Array) -> float:
+    """Lower bound of the signed distance of p, -inf where nothing is known."""
+    G = len(floor)
+    x = (p[0] - low[node, 0] + AROUND) / (high[node, 0] - low[node, 0] + 2.0 * AROUND) * G
+    y = (p[1] - low[node, 1] + AROUND) / (high[node, 1] - low[node, 1] + 2.0 * AROUND) * G
+    z = (p[2] - low[node, 2] + AROUND) / (high[node, 2] - low[node, 2] + 2.0 * AROUND) * G
+    if not (0.0 <= x < G and 0.0 <= y < G and 0.0 <= z < G):
+        return -np.inf
+    return float(floor[int(x), int(y), int(z)])
 
 
 @compiled
