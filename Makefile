@@ -7,6 +7,7 @@ RUN  := $(VENV)/.installed-run
 DEV  := $(VENV)/.installed-dev
 MODEL := $(VENV)/.installed-model
 ARGS ?=
+WHAT ?= tick
 
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
@@ -37,8 +38,8 @@ peers: $(DEV) ## the comparisons with other software
 hardware: $(DEV) ## the tests that need a real skin or a real arm
 	$(PY) -m pytest -m hardware $(ARGS)
 
-bench: $(RUN) ## measure this machine (flags: ARGS="--json")
-	@$(VENV)/bin/flinch bench $(ARGS)
+bench: $(RUN) ## measure this machine (WHAT=tick, perception, control or peers; ARGS="--json")
+	@$(VENV)/bin/flinch bench $(WHAT) $(ARGS)
 
 robot: $(MODEL) ## model the built-in robots anew and write their meshes
 	$(PY) robots/ur10e/model.py
@@ -68,6 +69,9 @@ $(PY):
 $(RUN): pyproject.toml constraints.txt $(PY)
 	@echo "Installing Flinch into $(VENV) (a minute or two, only when the requirements change)"
 	@$(PIP_INSTALL) -e .
+	@echo "Compiling the kernels (half a minute, once)"
+	@$(PY) -c "from app.timing import WallClock; from app.wiring import Setup, build_engine; \
+	  engine = build_engine(Setup(), WallClock()); engine.start(); engine.stop()"
 	@touch $@
 
 $(DEV): pyproject.toml constraints.txt $(PY)

@@ -141,7 +141,7 @@ class Pairs:
     normal:   (B, 3) unit vector from the world to the robot: the direction of retreat.
     slot:     (B,) int, row of the cloud that the world's point came from, -1 if none; rows
               beyond the cloud are the memory's.
-    closest:  row of the smallest distance, -1 if the cloud is empty.
+    closest:  row of the smallest distance of what can move, -1 if the cloud is empty.
     approach: (B,) [m/s] speed of the world's point along the normal, positive = it comes
               nearer; zero when unsure.   approach_sigma: (B,) [m/s] of it. None: not estimated.
     """

@@ -7,6 +7,7 @@ frames ─► cloud (placed at each frame's own time, judged once) ─► closes
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from itertools import groupby
+from typing import get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from app.control.avoidance import Avoidance
 from app.control.stuck import Stuck
 from app.control.whole_body import WholeBody
 from app.messages import (
+    SLOTS,
     Array,
     Cloud,
     Command,
@@ -190,6 +192,28 @@ class Pipeline:
         if chosen is not self._control:
             chosen.reset(self._control.previous)
             self._control = chosen
+
+
+def rehearse(robot: Robot, skin: Skin, crops: Sequence[CropBox], params: Params) -> None:
+    """Tick a pipeline of its own once in every way, so that nothing compiles while moving.
+
+    Seconds on the very first start, a moment once the kernels' cache on disk is filled.
+    """
+    pipeline = Pipeline(robot, skin, crops)
+    still = np.zeros(robot.n)
+    here = Goal(robot.posture(robot.home).T_base_tool)
+    full = (np.full(SLOTS, 5, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8))
+    stamp = 0.0
+    for mode in get_args(ControlMode):
+        for memory in (False, True):
+            for depth in (0.3, 0.31):
+                stamp += 0.1
+                frames = [
+                    SensorFrame(k, stamp, 0, np.full(SLOTS, depth), *full)
+                    for k in range(skin.count)
+                ]
+                now = replace(params, mode=mode, memory=memory, many_pairs=memory)
+                pipeline.tick(frames, JointState(stamp, robot.home, still), here, now, 0.004)
 
 
 def _stamp(frame: SensorFrame) -> float:

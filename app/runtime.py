@@ -43,7 +43,7 @@ from app.messages import (
     freeze,
 )
 from app.perception.health import SkinHealth
-from app.pipeline import Outcome, Pipeline
+from app.pipeline import Outcome, Pipeline, rehearse
 from app.robot.model import Robot
 from app.robot.posture import rigid
 from app.robot.skin import Skin
@@ -318,6 +318,8 @@ class Engine:
         """Run ticks in a thread of their own until `stop`."""
         if self._thread is not None:
             raise RuntimeError("the engine runs already")
+        rehearse(self.robot, self.skin, self.crops, self._params)
+        self._listening = self._clock.now()
         self._thread = threading.Thread(target=self._run, name="flinch-control", daemon=True)
         self._thread.start()
 

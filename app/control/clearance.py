@@ -10,8 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.control.capsules import fit_capsules
-from app.control.compiled import compiled
 from app.messages import Array, CropBox
 from app.robot.model import Robot
 from app.robot.posture import Posture

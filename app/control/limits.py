@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from app.control.compiled import compiled
+from app.compiled import compiled
 from app.messages import Array
 from app.robot.model import Robot
 

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from proxsuite import proxqp
 
-from app.control.compiled import compiled
+from app.compiled import compiled
 from app.control.rows import Rows
 from app.messages import Array
 

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.config import Params
 from app.control.clearance import KEPT, Gaps
-from app.control.compiled import compiled
 from app.control.separation import allowed_speed
 from app.messages import Array, Pairs
 from app.robot.model import Robot

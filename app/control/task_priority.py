@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.control.compiled import compiled
+from app.compiled import compiled
 from app.messages import Array
 
 

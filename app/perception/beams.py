@@ -8,8 +8,8 @@ interpreter's lock.
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import SLOTS, Array, Verdict
-from app.perception.search import compiled
 from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
 
 KEPT, SELF, BEHIND, STATIC = (

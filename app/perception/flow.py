@@ -3,8 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import SLOTS, Array
-from app.perception.search import compiled
 
 CHORD = 0.25  # [m] a normal's neighbours lie no farther apart than this
 AROUND = 0.25  # [m] of the pair's point: what takes part

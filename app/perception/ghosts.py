@@ -10,9 +10,9 @@ at once.
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.config import Params
 from app.messages import SLOTS, Array, Verdict
-from app.perception.search import compiled
 from app.robot.skin import Skin
 
 KEPT, GHOST = int(Verdict.KEPT), int(Verdict.GHOST)

@@ -29,6 +29,8 @@ class BodyPairs:
         self._floor = np.empty((len(robot.links), CELLS, CELLS, CELLS))
         distance_floor(*self._forest, self._floor)
         self._links = np.arange(len(robot.links))
+        # (L,) the base is measured, never acted on
+        self.moves = np.asarray(robot.supports.any(axis=1))
         self.reset()
 
     def reset(self) -> None:
@@ -59,7 +61,7 @@ class BodyPairs:
             points, use, posture.T_base_link, hint, only, self._floor, *self._forest,
             distance, row, on_robot, outward,
         )  # fmt: skip
-        return _pairs(self._links, points, distance, row, on_robot, -outward)
+        return _pairs(self._links, points, distance, row, on_robot, -outward, self.moves)
 
     def several(
         self, points: Array, use: np.ndarray, posture: Posture, closest: Pairs, reach: float
@@ -78,7 +80,7 @@ class BodyPairs:
         )  # fmt: skip
         return _pairs(
             np.repeat(self._links, PAIRS), points, distance.ravel(), row.ravel(),
-            on_robot.reshape(-1, 3), -outward.reshape(-1, 3),
+            on_robot.reshape(-1, 3), -outward.reshape(-1, 3), np.repeat(self.moves, PAIRS),
         )  # fmt: skip
 
 
@@ -121,7 +123,7 @@ class SteadyPairs:
             on_world=chosen(old.on_world, closest.on_world),
             normal=chosen(old.normal, closest.normal),
             slot=freeze(pick),
-            closest=int(np.argmin(distance)),
+            closest=_closest(distance, self._body.moves),
         )
 
 
@@ -143,7 +145,14 @@ class MountPairs:
         retreat = -np.einsum("kij,kj->ki", T[:, :3, :3], skin.axis)
         distance, row = np.empty(skin.count), np.empty(skin.count, dtype=np.int64)
         nearest_of_origins(points, use, lens, distance, row)
-        return _pairs(skin.link, points, distance, row, lens, retreat)
+        everyone = np.ones(skin.count, dtype=bool)
+        return _pairs(skin.link, points, distance, row, lens, retreat, everyone)
+
+
+def _closest(distance: Array, moves: np.ndarray) -> int:
+    """Row of the smallest distance of what can move, -1 if it has no pair."""
+    row = int(np.argmin(np.where(moves, distance, np.inf)))
+    return row if moves[row] and np.isfinite(distance[row]) else -1
 
 
 def _pairs(
@@ -153,6 +162,7 @@ def _pairs(
     row: np.ndarray,
     on_robot: Array,
     fallback: Array,
+    moves: np.ndarray,
 ) -> Pairs:
     """Assemble rows; `fallback` (B, 3) is the retreat direction where the points touch."""
     some = row >= 0
@@ -163,7 +173,6 @@ def _pairs(
     touching = some & (np.abs(distance) < TOUCHING)
     normal[touching] = fallback[touching]
     normal[~some] = np.nan
-    closest = int(np.argmin(distance)) if some.any() else -1
     return Pairs(
         link=link,
         distance=freeze(distance),
@@ -171,5 +180,5 @@ def _pairs(
         on_world=freeze(on_world),
         normal=freeze(normal),
         slot=freeze(row),
-        closest=closest,
+        closest=_closest(distance, moves),
     )

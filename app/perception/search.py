@@ -5,13 +5,12 @@ known, nearly every other point falls at its first box test. float64 throughout,
 numba on first use and kept in its cache; it does not hold the interpreter's lock.
 """
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array
 
-compiled = numba.njit(cache=True, nogil=True, fastmath=False)
 AROUND = 0.25  # [m] around a link's box in which least distances are tabulated
 DEPTH = 64  # of the traversal stack; the trees are balanced, 2^64 faces do not exist
 

@@ -1,12 +1,10 @@
 """Slow and plain answers in float64 to judge the fast ones by; they share no code with them."""
 
-import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array
-
-compiled = numba.njit(cache=True, nogil=True)
 
 
 @compiled
