@@ -21,7 +21,12 @@ run: $(RUN) ## install what is needed and start Flinch (flags: ARGS="--port 8090
 	@$(VENV)/bin/flinch run $(ARGS)
 
 test: check browser ## lint, types, imports and the tests (flags for pytest: ARGS="-k skin")
+ifeq ($(strip $(ARGS)),)
+	$(PY) -m pytest --ignore tests/browser -n 2 --dist loadfile -q
+	$(PY) -m pytest tests/browser # alone: it draws in software and needs the processor
+else
 	$(PY) -m pytest $(ARGS)
+endif
 
 check: $(DEV) ## lint, types and imports only
 	$(VENV)/bin/ruff check

@@ -4,10 +4,12 @@ import re
 import shutil
 import subprocess
 import tomllib
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
+from app.cli import Run
 from app.config import tunables
 
 ROOT = Path(__file__).parent.parent
@@ -78,3 +80,20 @@ def test_no_tracked_text_names_this_machine_or_a_package_registry() -> None:
         if PRIVATE_PATH.search(line) or REGISTRY.search(line)
     ]
     assert found == []
+
+
+def test_the_example_in_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.S)
+    assert len(blocks) == 1
+    exec(compile(blocks[0], "README.md", "exec"), {})
+    assert capsys.readouterr().out.startswith("running ")
+
+
+def test_every_flag_in_the_readme_exists() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    used = set(re.findall(r"^\.venv/bin/flinch .*?(?=\s{2,}#|$)", text, re.M))
+    flags = {flag for line in used for flag in re.findall(r"--([a-z-]+)", line)}
+    known = {f.name.replace("_", "-") for f in fields(Run)} | {
+        t.name.replace("_", "-") for t in tunables()
+    }
+    assert flags and flags <= known
