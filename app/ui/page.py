@@ -92,7 +92,7 @@ class Page:
         self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
 
         gui.main_panel.dock_right()
-        gui.main_panel.set_width(370)
+        gui.main_panel.set_width(400)
         self.control = ControlPanel(server, engine, clock)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Obstacles"):
