@@ -335,10 +335,10 @@ class Engine:
             while not self._quit.is_set():
                 self.step()
         except Exception as error:
-            # not even braking worked; the arm gets a last zero and everyone is told
+            # not even braking worked; everyone is told and the arm gets a last zero
             log.exception("the control thread has died")
-            self._arm.send(np.zeros(self.robot.n), self._period)
             self._supervisor.fault(f"the control thread has died: {error!r}", self._clock.now())
             last, stamp = self.snapshots.get()
             if last is not None:
                 self.snapshots.put(replace(last, status=self._supervisor.status), stamp)
+            self._arm.send(np.zeros(self.robot.n), self._period)  # it may raise as well
