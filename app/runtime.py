@@ -16,21 +16,10 @@ from typing import Protocol
 
 import numpy as np
 
-from app.config import Params, change
-from app.control.programs import Program, ProgramRun, pose_of
-from app.control.supervisor import Supervisor, speed_share
-from app.errors import ConfigError, FlinchError, options
-from app.ghost import Ghost
-from app.messages import (
+from app.actions import (
     Action,
     AddObstacle,
-    Array,
-    CropBox,
-    GhostState,
-    Goal,
-    JointState,
     LearnBackground,
-    Mode,
     MoveObstacle,
     RemoveObstacle,
     RunProgram,
@@ -38,6 +27,19 @@ from app.messages import (
     SetMode,
     SetParams,
     SetPose,
+)
+from app.config import Params, change
+from app.control.programs import Program, ProgramRun, pose_of
+from app.control.supervisor import Supervisor, speed_share
+from app.errors import ConfigError, FlinchError, options
+from app.ghost import Ghost
+from app.messages import (
+    Array,
+    CropBox,
+    GhostState,
+    Goal,
+    JointState,
+    Mode,
     Snapshot,
     Timing,
     freeze,

@@ -4,12 +4,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import cast, get_args
 
+from app.actions import RunProgram
 from app.assets import asset_folder
 from app.config import ControlMode, Params
 from app.control.programs import find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
-from app.messages import RunProgram
 from app.robot.arm import SimulatedArm
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
+from app.actions import RunProgram, SetGoal, SetMode, SetPose
 from app.control.path import straight_path
 from app.control.programs import ProgramRun, find_program, load_program, pose_of, shipped_programs
 from app.errors import ConfigError
-from app.messages import Mode, RunProgram, SetGoal, SetMode, SetPose
+from app.messages import Mode
 from app.robot.arm import SimulatedArm
 from app.robot.posture import rotation_vector
 from app.runtime import Engine

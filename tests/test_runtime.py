@@ -3,17 +3,16 @@
 import numpy as np
 import pytest
 
-from app.config import Params
-from app.messages import (
+from app.actions import (
     AddObstacle,
-    Mode,
     MoveObstacle,
     RemoveObstacle,
-    SensorHealth,
     SetGoal,
     SetMode,
     SetParams,
 )
+from app.config import Params
+from app.messages import Mode, SensorHealth
 from app.robot.arm import SimulatedArm
 from app.runtime import Engine
 from app.sensing.error_model import ErrorModel

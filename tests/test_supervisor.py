@@ -5,9 +5,10 @@ import itertools
 import numpy as np
 import pytest
 
+from app.actions import SetGoal, SetMode
 from app.config import Params
 from app.control.supervisor import Ask, Fault, Ready, after, speed_share
-from app.messages import Mode, SetGoal, SetMode, Status
+from app.messages import Mode, Status
 from tests.test_runtime import Bench, shifted
 
 

@@ -14,8 +14,9 @@ from typing import Any
 
 import numpy as np
 
+from app.actions import SetGoal
 from app.config import ControlMode, Params
-from app.messages import Array, Goal, Mode, SetGoal, Snapshot, freeze
+from app.messages import Array, Goal, Mode, Snapshot, freeze
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, load_skin

@@ -2,7 +2,8 @@
 
 from typing import Protocol
 
-from app.messages import Action, CropBox, Snapshot
+from app.actions import Action
+from app.messages import CropBox, Snapshot
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.timing import Latest

@@ -10,7 +10,8 @@ from typing import Protocol
 
 import viser
 
-from app.messages import Mode, SetMode, Snapshot
+from app.actions import SetMode
+from app.messages import Mode, Snapshot
 from app.timing import Clock, Ticker
 from app.ui.engine import Engine
 from app.ui.traffic import Traffic

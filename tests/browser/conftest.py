@@ -10,8 +10,9 @@ from hands import READY, until
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
 
+from app.actions import RemoveObstacle, SetGoal, SetMode, SetParams
 from app.config import Params
-from app.messages import Goal, Mode, RemoveObstacle, SetGoal, SetMode, SetParams, Snapshot
+from app.messages import Goal, Mode, Snapshot
 from app.robot.arm import SimulatedArm
 from app.robot.model import find_robot, load_robot
 from app.robot.skin import load_skin

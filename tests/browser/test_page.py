@@ -11,7 +11,8 @@ from hands import drag, nodes, picture, position, props, shown, spot, until
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
 
-from app.messages import AddObstacle, Mode, SetGoal, SetParams
+from app.actions import AddObstacle, SetGoal, SetParams
+from app.messages import Mode
 from app.ui.colours import POINT
 
 pytestmark = pytest.mark.browser

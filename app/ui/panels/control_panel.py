@@ -5,8 +5,9 @@ from typing import Any, get_args
 
 import viser
 
+from app.actions import LearnBackground, SetMode, SetParams
 from app.config import ControlMode
-from app.messages import LearnBackground, Mode, SetMode, SetParams, Snapshot
+from app.messages import Mode, Snapshot
 from app.timing import Clock
 from app.ui.colours import ALARM, CALM, GREY, WARN, css
 from app.ui.engine import Engine

@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import viser
 
-from app.messages import RunProgram, SetPose, Snapshot
+from app.actions import RunProgram, SetPose
+from app.messages import Snapshot
 from app.ui.engine import Engine
 from app.ui.pacing import Every
 

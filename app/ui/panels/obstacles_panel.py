@@ -6,7 +6,8 @@ from typing import Any
 import numpy as np
 import viser
 
-from app.messages import Action, AddObstacle, Array, MoveObstacle, RemoveObstacle, Snapshot
+from app.actions import Action, AddObstacle, MoveObstacle, RemoveObstacle
+from app.messages import Array, Snapshot
 from app.timing import Clock
 from app.ui.engine import Engine
 from app.ui.pacing import Every, HandsOff

@@ -9,8 +9,9 @@ from typing import Any
 
 import viser
 
+from app.actions import SetParams
 from app.config import Tunable, tunables
-from app.messages import SetParams, Snapshot
+from app.messages import Snapshot
 from app.timing import Clock
 from app.ui.engine import Engine
 from app.ui.pacing import HandsOff

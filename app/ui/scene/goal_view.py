@@ -7,7 +7,8 @@ moment after, when snapshots still tell an older goal.
 import numpy as np
 import viser
 
-from app.messages import SetGoal, Snapshot
+from app.actions import SetGoal
+from app.messages import Snapshot
 from app.timing import Clock
 from app.ui.engine import Engine
 from app.ui.pacing import HandsOff

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 import viser
 
-from app.messages import Array, BodyView, MoveObstacle, Snapshot
+from app.actions import MoveObstacle
+from app.messages import Array, BodyView, Snapshot
 from app.ui.engine import Engine
 from app.ui.scene.poses import wxyz
 from app.ui.scene.switch import Switch

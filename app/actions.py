@@ -1,0 +1,91 @@
+"""The way back in: what a person may ask of the engine, drained at the head of a tick.
+
+Frozen like `app.messages`; the engine checks what they hold when it drains them, since a
+browser may send anything.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any
+
+from app.messages import Array, Mode
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SetGoal:
+    """Move the goal; the pose is made rigid before use."""
+
+    T_base_tool: Array
+
+
+@dataclass(frozen=True, slots=True)
+class SetParams:
+    """Swap some settings: names of `Params` fields to values, checked when drained."""
+
+    changes: dict[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class SetMode:
+    """Run, hold or stop, asked for by a person."""
+
+    mode: Mode
+    reason: str = "asked for by a person"
+
+
+@dataclass(frozen=True, slots=True)
+class AddObstacle:
+    """Put a body into the simulated world: `shape` is a table as in a scene file."""
+
+    name: str
+    shape: dict[str, Any]
+    position: tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MoveObstacle:
+    """Put a body of the simulated world elsewhere; a scripted one stops following its script."""
+
+    name: str
+    T_base_body: Array
+
+
+@dataclass(frozen=True, slots=True)
+class RemoveObstacle:
+    """Take a body out of the simulated world."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class SetPose:
+    """A typed goal: place [m] and roll, pitch, yaw [rad] about the base's fixed axes."""
+
+    position: tuple[float, float, float]
+    rpy: tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RunProgram:
+    """Follow a waypoint program by name; an empty name ends the one that runs."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class LearnBackground:
+    """Learn the still world of the next `seconds` as background; 0 forgets it."""
+
+    seconds: float = 3.0
+
+
+Action = (
+    SetGoal
+    | LearnBackground
+    | SetPose
+    | RunProgram
+    | SetParams
+    | SetMode
+    | AddObstacle
+    | MoveObstacle
+    | RemoveObstacle
+)

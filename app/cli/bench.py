@@ -1,0 +1,51 @@
+"""`flinch bench`: measure this machine."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+import tyro
+
+from app.wiring import Setup
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`;
+    `control` the step from pairs to velocity, beside other software where it is installed."""
+
+    what: tyro.conf.Positional[Literal["tick", "perception", "peers", "control"]]
+    robot: str = "ur10e"
+    """A robot's name, or the path of its folder."""
+    scene: str = "cell"
+    """A scene's name, or the path of its TOML file."""
+    rate: float = 250.0
+    """Ticks a second, 50 to 500."""
+    seconds: float = 5.0
+    """Length of each measurement [s]."""
+    seed: int = 0
+    """Seed of the sensors' noise and of the people's habits."""
+    urdf: Path | None = None
+    """Perception and peers: a UR10e description whose visual meshes are tried as bodies, too."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __call__(self) -> None:
+        if self.what == "control":
+            from app.studies.bench_control import bench_control
+
+            report = bench_control(steps=int(400 * self.seconds), seed=self.seed)
+        elif self.what == "tick":
+            from app.studies.bench_tick import bench_tick
+
+            setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
+            report = bench_tick(setup, self.seconds)
+        elif self.what == "perception":
+            from app.studies.bench_perception import bench_perception
+
+            report = bench_perception(self.seed, urdf=self.urdf)
+        else:
+            from app.studies.bench_peers import bench_peers
+
+            report = bench_peers(self.seed, urdf=self.urdf)
+        print(report.to_json() if self.json else report.to_text())

@@ -1,0 +1,41 @@
+"""`flinch experiment`: controllers against each other."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import tyro
+
+from app.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Run controllers against each other: `worlds` in random worlds, `tradeoff` in the
+    paper's scenes over the distance that is kept. Takes minutes; hours with many worlds."""
+
+    what: tyro.conf.Positional[Literal["worlds", "tradeoff"]]
+    worlds: int = 30
+    """Number of random worlds."""
+    seconds: float = 10.0
+    """Length of each run [s]."""
+    cell_seconds: float = 40.0
+    """tradeoff: length of the runs beside the person [s]."""
+    seed: int = 0
+    """Seed of the first world, of the noise and of the people's habits."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __post_init__(self) -> None:
+        if self.worlds < 1 or not 0.0 < self.seconds < 1e6 or not 0.0 < self.cell_seconds < 1e6:
+            raise ConfigError("worlds, seconds and cell-seconds must be positive")
+
+    def __call__(self) -> None:
+        if self.what == "worlds":
+            from app.studies.random_worlds import random_worlds
+
+            report = random_worlds(self.worlds, self.seconds, self.seed)
+        else:
+            from app.studies.tradeoff import tradeoff
+
+            report = tradeoff(seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed)
+        print(report.to_json() if self.json else report.to_text())

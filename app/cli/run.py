@@ -1,0 +1,128 @@
+"""`flinch run`: the arm with its page, or headless."""
+
+import os
+import signal
+import sys
+import threading
+import webbrowser
+from dataclasses import dataclass, field, fields, make_dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import tyro
+
+from app.cli.which import WhichRobot
+from app.config import Params, load_params, tunables
+from app.errors import ConfigError
+from app.timing import WallClock
+from app.wiring import Setup, build_engine
+
+DEFAULT_PORT = 8080
+
+
+def _flags_of_params() -> type:
+    """One optional flag for every setting, made from the facts in `app.config`."""
+    made: list[tuple[str, Any, Any]] = []
+    for t in tunables():
+        kind: Any = Literal[t.choices] if t.choices else t.kind
+        unit = f" [{t.unit}, {t.low:g} to {t.high:g}]" if t.low is not None else ""
+        text = f"{t.help}{unit.replace('[, ', '[')}; default {t.default}"
+        made.append((t.name, Annotated[kind | None, tyro.conf.arg(help=text)], None))
+    return make_dataclass("ParamFlags", made, frozen=True)
+
+
+ParamFlags = _flags_of_params()
+
+
+@dataclass(frozen=True)
+class Run(WhichRobot):
+    """Run the arm: with its page in a browser, or headless for a number of seconds."""
+
+    skin: str = ""
+    """A sensor layout's name or path; default: the robot's own."""
+    scene: str = "cell"
+    """A scene's name, or the path of its TOML file."""
+    sensors: str = "simulated"
+    """'simulated' or 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor)."""
+    program: str = ""
+    """A waypoint program to follow: a name, or the path of its TOML file."""
+    ghost: str = ""
+    """A second controller (wb, sm, multi, qp) on a translucent arm of its own, for comparison."""
+    rate: float = 250.0
+    """Ticks a second, 50 to 500."""
+    seed: int = 0
+    """Seed of the sensors' noise and of the people's habits."""
+    background: Path | None = None
+    """File of the learned background: read at the start, written when one is learned."""
+    stray: float = 0.0
+    """Share of the simulated zones and frames that report something where nothing is."""
+    port: int = DEFAULT_PORT
+    """Port of the page on 127.0.0.1; 0 takes a free one."""
+    open: bool = True
+    """Open the page in a browser where there is a desktop."""
+    headless: bool = False
+    """No page: run faster than real time and print a summary."""
+    seconds: float = 10.0
+    """Length of a headless run [s]."""
+    json: bool = False
+    """Print the headless summary as one JSON object."""
+    config: Path | None = None
+    """A TOML file of settings; flags win over it."""
+    settings: Annotated[Any, tyro.conf.OmitArgPrefixes] = field(default_factory=ParamFlags)
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.seconds < 1e6:
+            raise ConfigError(f"seconds = {self.seconds:g}; give a positive number")
+        if not 0.0 <= self.stray <= 0.1:
+            raise ConfigError(f"stray = {self.stray:g}; give a share from 0 to 0.1")
+        if not 0 <= self.port < 65536:
+            raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
+
+    def __call__(self) -> None:
+        params = load_params(self.config) if self.config else Params()
+        given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
+        params = replace(params, **{k: v for k, v in given.items() if v is not None})
+        setup = Setup(
+            self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
+            urdf=self.urdf, choice=self.choice(),
+            stray=self.stray, program=self.program, ghost=self.ghost,
+            background=self.background,
+        )  # fmt: skip
+        if self.headless:
+            from app.studies.headless import summary
+
+            report = summary(setup, self.seconds, params)
+            print(report.to_json() if self.json else report.to_text())
+        else:
+            if self.json:
+                raise ConfigError("--json belongs to a headless run; add --headless")
+            _serve(setup, params, self.port, self.open)
+
+
+def _serve(setup: Setup, params: Params, port: int, open_browser: bool) -> None:
+    """Engine and page until the process is asked to end."""
+    from app.ui.page import Page
+
+    engine = build_engine(setup, WallClock(), params)
+    page = Page(engine, "127.0.0.1", port)
+    quit_asked = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: quit_asked.set())
+    try:
+        engine.start()
+        page.start()
+        print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)
+        if open_browser and _has_desktop():
+            webbrowser.open(page.url)
+        quit_asked.wait()
+    finally:
+        page.stop()
+        engine.stop()
+
+
+def _has_desktop() -> bool:
+    if os.environ.get("CI"):
+        return False
+    return sys.platform in ("darwin", "win32") or any(
+        os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY")
+    )
