@@ -8,14 +8,14 @@ search the same cloud, so that nothing but the control point differs.
 import numpy as np
 
 from app.messages import Array, Cloud, Pairs, Verdict, freeze
-from app.perception.search import distance_floor, nearest_of_links, nearest_of_origins
+from app.perception.field import tabulate
+from app.perception.search import nearest_of_links, nearest_of_origins
 from app.perception.spread import several_of_links
 from app.perception.tree import plant
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-CELLS = 24  # along each edge of the table around a link
 PAIRS = 4  # rows a link of `several`
 TOUCHING = 1e-6  # [m] below this the direction of retreat comes from the surface's normal
 
@@ -25,9 +25,7 @@ class BodyPairs:
 
     def __init__(self, robot: Robot) -> None:
         self._forest = plant(robot.bodies)
-        # a table of least distances dismisses most points before they meet a tree
-        self._floor = np.empty((len(robot.links), CELLS, CELLS, CELLS))
-        distance_floor(*self._forest, self._floor)
+        self._field = tabulate(self._forest)
         self._links = np.arange(len(robot.links))
         # (L,) the base is measured, never acted on
         self.moves = np.asarray(robot.supports.any(axis=1))
@@ -58,7 +56,7 @@ class BodyPairs:
         distance, row = np.empty(L), np.empty(L, dtype=np.int64)
         on_robot, outward = np.full((L, 3), np.nan), np.full((L, 3), np.nan)
         nearest_of_links(
-            points, use, posture.T_base_link, hint, only, self._floor, *self._forest,
+            points, use, posture.T_base_link, hint, only, self._forest, self._field,
             distance, row, on_robot, outward,
         )  # fmt: skip
         return _pairs(self._links, points, distance, row, on_robot, -outward, self.moves)
@@ -75,7 +73,7 @@ class BodyPairs:
         distance, row = np.empty((L, PAIRS)), np.empty((L, PAIRS), dtype=np.int64)
         on_robot, outward = (np.full((L, PAIRS, 3), np.nan) for _ in range(2))
         several_of_links(
-            points, use, closest.slot, reach, posture.T_base_link, *self._forest,
+            points, use, closest.slot, reach, posture.T_base_link, self._forest,
             distance, row, on_robot, outward,
         )  # fmt: skip
         return _pairs(

@@ -10,8 +10,10 @@ a long wall the rows found are the nearest, not always all.
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array
-from app.perception.search import box_distance2, compiled, nearest_face, to_link
+from app.perception.nearest import box_distance2, nearest_face, to_link
+from app.perception.tree import Forest
 
 VOXEL = 0.05  # [m] one candidate each
 TURN = float(np.cos(np.radians(25.0)))  # rows whose normals differ by more are kept both
@@ -28,15 +30,7 @@ def several_of_links(
     first: NDArray[np.int64],
     reach: float,
     T_base_link: Array,
-    low: Array,
-    high: Array,
-    child: NDArray[np.int64],
-    start: NDArray[np.int64],
-    count: NDArray[np.int64],
-    corners: Array,
-    normals: Array,
-    root: NDArray[np.int64],
-    closed: NDArray[np.bool_],
+    forest: Forest,
     distance: Array,
     row: NDArray[np.int64],
     on_link: Array,
@@ -55,18 +49,18 @@ def several_of_links(
     exact = np.empty(CANDIDATES, dtype=np.bool_)
     feet = np.empty((LOOKS, 3))
     foot, out = np.empty((CANDIDATES, 3)), np.empty((CANDIDATES, 3))
-    for link in range(len(root)):
+    for link in range(len(forest.root)):
         distance[link], row[link] = np.inf, -1
         if first[link] < 0:
             continue
-        T, node = T_base_link[link], root[link]
+        T = T_base_link[link]
         place[:] = -1
         n = 0
         for i in range(len(points)):
             if not use[i]:
                 continue
             to_link(T, points[i], p)
-            bound = box_distance2(p, low, high, node)
+            bound = box_distance2(p, forest.low, forest.high, link)
             if not (bound < reach * reach) and i != first[link]:
                 continue
             if i == first[link]:
@@ -105,27 +99,25 @@ def several_of_links(
             if not exact[c]:
                 looks += 1
                 to_link(T, points[which[c]], p)
-                bound = box_distance2(p, low, high, node)
+                bound = box_distance2(p, forest.low, forest.high, link)
                 limit = np.inf if bound == 0.0 or which[c] == first[link] else reach * reach
                 for j in range(known_feet):  # no farther than any foot that is known already
                     known = 1e-12
                     for a in range(3):
                         known += (p[a] - feet[j, a]) ** 2
                     limit = min(limit, known * 1.0001)
-                d2, face, part = nearest_face(
-                    p, limit, node, low, high, child, start, count, corners, found
-                )
+                d2, face, part = nearest_face(p, limit, link, forest, found)
                 if face < 0:
                     key[c] = np.inf
                     continue
                 feet[known_feet] = found
                 known_feet += 1
                 d = np.sqrt(d2)
-                v = normals[face, part]
+                v = forest.normals[face, part]
                 side = (
                     (p[0] - found[0]) * v[0] + (p[1] - found[1]) * v[1] + (p[2] - found[2]) * v[2]
                 )
-                key[c] = -d if bound == 0.0 and closed[link] and side < 0.0 else d
+                key[c] = -d if bound == 0.0 and forest.closed[link] and side < 0.0 else d
                 exact[c] = True
                 size = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
                 for a in range(3):

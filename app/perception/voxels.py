@@ -9,8 +9,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array, Verdict
-from app.perception.search import box_distance2, compiled, to_link
+from app.perception.nearest import box_distance2, to_link
 from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
 
 EDGE = 0.03  # [m] of a voxel
