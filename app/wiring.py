@@ -1,6 +1,6 @@
 """Names into parts: builds an engine from what a person asked for. Decides nothing else."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast, get_args
 
@@ -13,6 +13,7 @@ from app.ghost import Ghost
 from app.robot.arm import SimulatedArm
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
+from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin, load_skin
 from app.robot.tables import AS_IT_IS, Choice
 from app.runtime import Engine
@@ -41,6 +42,7 @@ class Setup:
     urdf: str = ""  # a bare URDF instead of a robot's folder
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
+    ranges: Path | None = None  # table of the zones' range errors
     stray: float = 0.0  # share of zones and frames with a return from nothing
 
     def __post_init__(self) -> None:
@@ -106,7 +108,10 @@ def build_robot(setup: Setup) -> Robot:
 
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
     """The layout that a setup names, or the robot's own."""
-    return load_skin(_skin_file(setup.skin, robot), robot)
+    skin = load_skin(_skin_file(setup.skin, robot), robot)
+    if setup.ranges is None:
+        return skin
+    return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.count)))
 
 
 def _mode(name: str) -> ControlMode:

@@ -14,7 +14,7 @@ def cloud_of(points, verdict=None):
         verdict=kept if verdict is None else verdict,
         link=np.full(n, -1, dtype=np.int16),
         gap=np.full(n, np.inf),
-        eps=np.full(n, np.nan),
+        eps=np.full((n, 2), np.nan),
         stamp=np.zeros(1),
     )
 

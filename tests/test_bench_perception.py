@@ -33,8 +33,9 @@ def test_the_reference_ray_hits_a_ball_and_misses_beside_it(ball):
 
 def test_no_verdict_differs_from_float64(robot, skin):
     scene = make_scene(robot, skin, 0, 2)
-    wrong, compared = filter_disagreements(robot, skin, scene, Params(footprint=False))
-    assert wrong == 0 and compared > 500
+    for nine, postures in ((False, scene), (True, scene[:1])):
+        wrong, compared = filter_disagreements(robot, skin, postures, Params(footprint=nine))
+        assert wrong == 0 and compared > 250
 
 
 def test_distances_are_exact_on_touching_inside_empty_and_nan_clouds(robot):
@@ -46,7 +47,10 @@ def test_a_suggested_threshold_covers_nearly_all_self_returns():
     rng = np.random.default_rng(0)
     gap = rng.normal(0.0, 0.004, 5000)
     link = np.zeros(5000, dtype=np.int16)
-    first, second = suggest(("a", "b"), link, gap, np.full(5000, 0.01), 0.0)
-    assert 0.010 < first.eps < 0.016 and np.mean(gap > first.eps) <= 0.001
+    edge = np.arange(5000) < 2500
+    gap[edge] *= 2.0
+    first, second = suggest(("a", "b"), link, gap, np.full(5000, 0.01), edge, 0.0)
+    assert 0.010 < first.eps < 0.016 and np.mean(gap[~edge] > first.eps) <= 0.001
+    assert 0.020 < first.edge < 0.032 and np.mean(gap[edge] > first.edge) <= 0.001
     assert first.histogram.sum() > 4990
     assert np.isnan(second.eps) and second.returns == 0 and LEAST > 0

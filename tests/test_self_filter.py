@@ -46,10 +46,10 @@ def test_verdicts_agree_with_the_true_label_away_from_boundaries(robot, skin):
         finite = depth > P.range_min  # nearer, the range check has the word
         finite &= np.isfinite(depth)
         d = np.where(finite, depth, 1.0)
-        verdict, _, _, eps = judge.judge(np.arange(skin.count), d, posture, P)
+        judged = judge.judge(np.arange(skin.count), d, posture, P)
         # farther than 2 eps from a boundary between labels: by depth to the body in the ray's
         # way, and sideways, the zone and its neighbours see one label only
-        near = np.abs(judge.judge(np.arange(skin.count), d, posture, P)[2]) < 2 * eps
+        near = np.abs(judged.gap) < 2 * judged.eps
         grid = np.where(finite, label, -2).reshape(-1, 8, 8)
         calm = pure.reshape(-1, 8, 8).copy()
         padded = np.pad(grid, ((0, 0), (1, 1), (1, 1)), mode="edge")
@@ -58,8 +58,8 @@ def test_verdicts_agree_with_the_true_label_away_from_boundaries(robot, skin):
                 calm &= padded[:, i : i + 8, j : j + 8] == grid
         is_self = finite & (label >= 0) & calm.reshape(-1, 64)
         is_world = finite & (label == -1) & calm.reshape(-1, 64) & ~near
-        right += (verdict[is_self] == Verdict.SELF).sum()
-        right += (verdict[is_world] == Verdict.KEPT).sum()
+        right += (judged.verdict[is_self] == Verdict.SELF).sum()
+        right += (judged.verdict[is_world] == Verdict.KEPT).sum()
         total += is_self.sum() + is_world.sum()
         own += is_self.sum()
     assert own > 2000 and total > 10000
@@ -93,7 +93,7 @@ def test_the_gap_equals_a_float64_ray_cast(robot, skin):
     compared = 0
     for posture in postures(robot, 60, 11):
         depth = rng.uniform(0.1, 1.5, (skin.count, 64))
-        gap = judge.judge(np.arange(skin.count), depth, posture, one_ray)[2]
+        gap = judge.judge(np.arange(skin.count), depth, posture, one_ray).gap
         # half of the zones look at the body, so that a hit is compared as often as a miss
         facing = np.argwhere(np.isfinite(gap))
         anyone = rng.integers([0, 0], [skin.count, 64], (10, 2))
@@ -117,9 +117,10 @@ def facing(robot, skin):
     q[2] = 2.6
     posture = robot.posture(q)
     everywhere = np.full((skin.count, 64), 0.3)
-    _, link, gap, _ = SelfFilter(robot, skin).judge(
+    judged = SelfFilter(robot, skin).judge(
         np.arange(skin.count), everywhere, posture, replace(P, footprint=False)
     )
+    link, gap = judged.link, judged.gap
     upper = robot.link_index("upper_arm_link")
     reach = np.where((link == upper) & np.isfinite(gap), gap, -np.inf)
     k, z = np.unravel_index(np.argmax(reach), reach.shape)
@@ -154,7 +155,7 @@ def test_a_point_behind_the_body_is_impossible_unless_the_paper_is_followed(robo
 
 def test_the_threshold_grows_with_the_noise_of_the_range(robot, skin):
     depth = np.full((1, 64), 3.0)
-    eps = SelfFilter(robot, skin).judge(np.array([0]), depth, robot.posture(robot.home), P)[3]
+    eps = SelfFilter(robot, skin).judge(np.array([0]), depth, robot.posture(robot.home), P).eps
     assert eps[0, 0] == pytest.approx(P.eps_base + P.eps_sigmas * range_noise(np.array(3.0)))
 
 
@@ -242,8 +243,8 @@ def test_health_names_what_a_sensor_does():
 
 def test_a_link_with_a_calibrated_threshold_uses_it(robot, skin, facing):
     posture, k, z, depth = facing
-    eps = np.full(len(robot.links), np.nan)
-    eps[robot.link_index("upper_arm_link")] = 0.004
+    eps = np.full((len(robot.links), 2), np.nan)
+    eps[robot.link_index("upper_arm_link")] = 0.004, 0.02
     calibrated = replace(robot, eps=eps)
     tight = replace(P, eps_min=0.005, eps_sigmas=1.0, footprint=False)
     before = np.full((1, 64), depth - 0.018)

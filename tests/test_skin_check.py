@@ -46,7 +46,7 @@ def test_a_check_reports_whether_the_layout_agrees():
 
 def test_a_calibration_suggests_a_threshold_for_links_that_are_seen():
     report = calibrate("ur10e", "simulated")
-    rows = {r["name"]: r for r in report.rows}
-    seen = [r for n, r in rows.items() if n != "for robot.toml" and r["returns"] >= 200]
-    assert seen and all(0.0 <= r["eps_m"] <= 0.05 for r in seen)
-    assert rows["for robot.toml"]["line"].startswith("eps_m = {")
+    seen = [r for r in report.rows if "eps_m" in r and r["eps_m"] == r["eps_m"]]
+    assert seen and all(0.0 <= r["eps_m"] <= 0.05 and r["returns"] >= 200 for r in seen)
+    lines = [r["line"] for r in report.rows if "line" in r]
+    assert [line.split(" = ")[0] for line in lines] == ["eps_m", "eps_edge_m"]

@@ -9,6 +9,7 @@ import tyro
 from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
+from app.cli.ranges import CalibrateRanges
 from app.cli.run import Run
 from app.cli.skin import CalibrateFilter, SkinCommand
 from app.errors import FlinchError
@@ -24,6 +25,7 @@ def main(args: Sequence[str] | None = None) -> int:
     app.command(name="bench")(Bench)
     app.command(name="doctor")(Doctor)
     app.command(name="calibrate-filter")(CalibrateFilter)
+    app.command(name="calibrate-ranges")(CalibrateRanges)
     app.command(name="skin")(SkinCommand)
     app.command(name="experiment")(Experiment)
     try:

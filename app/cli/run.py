@@ -54,6 +54,8 @@ class Run(WhichRobot):
     """Seed of the sensors' noise and of the people's habits."""
     background: Path | None = None
     """File of the learned background: read at the start, written when one is learned."""
+    ranges: Path | None = None
+    """Table of each zone's range error, from `flinch calibrate-ranges`."""
     stray: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
@@ -86,7 +88,7 @@ class Run(WhichRobot):
             self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
             urdf=self.urdf, choice=self.choice(),
             stray=self.stray, program=self.program, ghost=self.ghost,
-            background=self.background,
+            background=self.background, ranges=self.ranges,
         )  # fmt: skip
         if self.headless:
             from app.studies.headless import summary

@@ -1,6 +1,7 @@
 """`flinch skin` and `flinch calibrate-filter`: is the skin as its layout says?"""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import tyro
@@ -16,6 +17,8 @@ class CalibrateFilter:
     """A robot's name, or the path of its folder."""
     skin: str = ""
     """Path of a sensor layout; default: the robot's own."""
+    ranges: Path | None = None
+    """Table of each zone's range error, from `flinch calibrate-ranges`."""
     seed: int = 0
     """Seed of a simulated calibration."""
     json: bool = False
@@ -24,7 +27,7 @@ class CalibrateFilter:
     def __call__(self) -> None:
         from app.studies.calibrate import calibrate
 
-        report = calibrate(self.robot, self.recording, self.skin, self.seed)
+        report = calibrate(self.robot, self.recording, self.skin, self.seed, self.ranges)
         print(report.to_json() if self.json else report.to_text())
 
 

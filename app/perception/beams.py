@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import SLOTS, Array, Verdict
-from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
+from app.robot.skin import NOISE_FLOOR, NOISE_SHARE, PULSE, PULSE_SHARE
 
 KEPT, SELF, BEHIND, STATIC = (
     int(v) for v in (Verdict.KEPT, Verdict.SELF, Verdict.BEHIND, Verdict.STATIC)
@@ -120,20 +120,26 @@ def weigh(
     hit: NDArray[np.float32],
     index: NDArray[np.int32],
     end: NDArray[np.int64],
-    eps_min: float,
     eps_base: Array,
+    eps_least: Array,
     eps_sigmas: float,
     two_sided: bool,
     verdict: NDArray[np.uint8],
     way: NDArray[np.int16],
     gap: Array,
     eps: Array,
+    edge: NDArray[np.bool_],
 ) -> None:
-    """Compare the depth of every zone with the nearest body along its rays.
+    """Compare the depth of every zone with what the body would return to it.
 
-    own, own_link: (K, 64, 5) ray lengths to what is fixed to the sensor, and to which link.
-    hit: ray lengths of the rays of `aim`. eps_base: (L,) [m]. Writes verdict, way (link or
-    -1), gap and eps (m, 64).
+    A sensor answers for the nearest group of returns that merge into one pulse, so the body's
+    rays are gathered into such groups; each predicts one depth. A zone whose rays are not all
+    in the first group lies across an edge: a little more or less of the nearer part decides
+    what it reports, so every group counts there and the threshold is another one.
+
+    own, own_link: (K, 64, 9) ray lengths to what is fixed to the sensor, and to which link.
+    hit: ray lengths of the rays of `aim`. eps_base, eps_least: (L, 2) [m], inside and across
+    an edge. Writes verdict, way (link or -1), gap, eps and edge (m, 64).
     """
     m = len(sensors)
     best = np.empty(m * SLOTS * rays, dtype=np.float32)
@@ -152,35 +158,58 @@ def weigh(
                 best[index[n]] = hit[n]
                 link[index[n]] = body
         first = end[body]
+    sorted_depth = np.empty(rays)
+    sorted_link = np.empty(rays, dtype=np.int16)
     for row in range(m):
         k = sensors[row]
         for zone in range(SLOTS):
             z = depth[row, zone]
             noise = eps_sigmas * max(NOISE_FLOOR, NOISE_SHARE * abs(z))
-            nearest = np.inf
-            nearest_link = -1
-            behind = False
+            seen = 0
             for ray in range(rays):
                 i = (row * SLOTS + zone) * rays + ray
                 if link[i] < 0:
                     continue
                 # depths are compared along the optical axis, which is what is measured
-                g = best[i] * cosine[k, zone, ray] - z
-                behind |= g < -max(eps_min, eps_base[link[i]] + noise)
-                if abs(g) < abs(nearest):  # this ray explains the measurement best
-                    nearest = g
-                    nearest_link = link[i]
-            base = eps_base[nearest_link] if nearest_link >= 0 else eps_base[mount[k]]
-            limit = max(eps_min, base + noise)
+                d = best[i] * cosine[k, zone, ray]
+                at = seen
+                while at > 0 and sorted_depth[at - 1] > d:
+                    sorted_depth[at], sorted_link[at] = sorted_depth[at - 1], sorted_link[at - 1]
+                    at -= 1
+                sorted_depth[at], sorted_link[at] = d, link[i]
+                seen += 1
+            nearest, nearest_link = np.inf, -1
+            front, front_link = np.inf, -1
+            across = 0
+            i = 0
+            while i < seen:
+                reach = sorted_depth[i] + max(PULSE, PULSE_SHARE * sorted_depth[i])
+                total = 0.0
+                j = i
+                while j < seen and sorted_depth[j] <= reach:
+                    total += sorted_depth[j]
+                    j += 1
+                g = total / (j - i) - z
+                if i == 0:
+                    front, front_link = g, sorted_link[0]
+                    across = 1 if j < rays else 0
+                if abs(g) < abs(nearest):  # this group explains the measurement best
+                    nearest, nearest_link = g, sorted_link[i]
+                i = j
+            who = nearest_link if nearest_link >= 0 else mount[k]
+            limit = max(eps_least[who, across], eps_base[who, across] + noise)
             way[row, zone] = nearest_link
             gap[row, zone] = nearest
             eps[row, zone] = limit
+            edge[row, zone] = across == 1
             if abs(nearest) <= limit:
                 verdict[row, zone] = SELF
-            elif behind and not two_sided:
-                verdict[row, zone] = BEHIND
-            else:
-                verdict[row, zone] = KEPT
+                continue
+            verdict[row, zone] = KEPT
+            if front_link >= 0 and not two_sided:
+                base, least = eps_base[front_link, across], eps_least[front_link, across]
+                if front < -max(least, base + noise):
+                    verdict[row, zone] = BEHIND
 
 
 @compiled

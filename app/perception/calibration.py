@@ -14,31 +14,44 @@ from numpy.typing import NDArray
 from app.messages import Array
 from app.robot.skin import range_noise
 
-QUANTILE = 0.999  # of the self returns that stay within the threshold
+QUANTILE = 0.9997  # of the self returns that stay within the threshold
 LEAST = 200  # returns that a link's suggestion needs
 BINS = np.arange(-0.05, 0.0501, 0.005)  # [m] of the histogram
 
 
 @dataclass(frozen=True, eq=False)
 class Suggestion:
-    """Threshold base [m] of one link (NaN: too few returns), its returns and their histogram."""
+    """Thresholds [m] of one link, its returns and their histogram.
+
+    eps, edge: for zones that see only the link and for zones across its edge; NaN: too few
+    returns.
+    """
 
     link: str
     eps: float
+    edge: float
     returns: int
     histogram: NDArray[np.int64]
 
 
 def suggest(
-    links: tuple[str, ...], link: NDArray[np.int16], gap: Array, depth: Array, sigmas: float
+    links: tuple[str, ...],
+    link: NDArray[np.int16],
+    gap: Array,
+    depth: Array,
+    edge: NDArray[np.bool_],
+    sigmas: float,
 ) -> list[Suggestion]:
-    """One suggestion a link from self returns (n,): link hit, gap [m] and depth [m]."""
+    """One suggestion a link from self returns (n,): link hit, gap and depth [m], across an edge."""
     out = []
     for i, name in enumerate(links):
         mine = link == i
-        rest = gap[mine] - sigmas * range_noise(depth[mine])
-        enough = len(rest) >= LEAST
-        eps = max(0.0, float(np.quantile(rest, QUANTILE))) if enough else np.nan
+        rest = gap - sigmas * range_noise(depth)
+        inside, across = (_quantile(rest[mine & which]) for which in (~edge, edge))
         histogram = np.histogram(gap[mine], BINS)[0]
-        out.append(Suggestion(name, eps, int(mine.sum()), histogram))
+        out.append(Suggestion(name, inside, across, int(mine.sum()), histogram))
     return out
+
+
+def _quantile(rest: Array) -> float:
+    return max(0.0, float(np.quantile(rest, QUANTILE))) if len(rest) >= LEAST else np.nan

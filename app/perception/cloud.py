@@ -59,11 +59,14 @@ class SkinCloud:
         sensors = np.fromiter(newest, dtype=np.intp)
         chosen = list(newest.values())
         depth = np.array([f.distance for f in chosen])
+        if self._skin.ranges is not None:
+            depth = self._skin.ranges.corrected(sensors, depth)
         status = np.array([f.status for f in chosen])
         targets = np.array([f.targets for f in chosen])
         slots = (sensors[:, None] * SLOTS + np.arange(SLOTS)).ravel()
 
-        verdict, link, gap, eps = self._self_filter.judge(sensors, depth, posture, params)
+        judged = self._self_filter.judge(sensors, depth, posture, params)
+        verdict, gap = judged.verdict, judged.gap
         points = np.empty((*depth.shape, 3))
         skin = self._skin
         place(
@@ -80,9 +83,9 @@ class SkinCloud:
 
         self._points[slots] = flat
         self._verdict[slots] = verdict.ravel()
-        self._link[slots] = link.ravel()
+        self._link[slots] = judged.link.ravel()
         self._gap[slots] = gap.ravel()
-        self._eps[slots] = eps.ravel()
+        self._eps[slots] = judged.eps.ravel()
         self._stamp[sensors] = [f.stamp for f in chosen]
 
     def newest(self) -> Cloud:

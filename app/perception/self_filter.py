@@ -8,11 +8,13 @@ the cover around the sensor, never change and are cast once.
 
 Beyond the paper, and switchable back (`two_sided`, `footprint`):
 - A point well BEHIND the body cannot be an obstacle; it is a wrong pose or multipath.
-- A zone is a cone of 5.6 degrees, 10 cm wide at 1 m, so four rays near its corners are cast
-  too; otherwise links' edges pass as obstacles.
+- A zone is a cone of 5.6 degrees, 10 cm wide at 1 m, so nine rays stand for it and are
+  weighed as the sensor weighs its returns; otherwise links' edges pass as obstacles.
 
 Depths are compared along the optical axis, which is what the sensor measures.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +25,25 @@ from app.perception.beams import aim, weigh
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import CORNER_SHARE, FIELD_OF_VIEW, Skin
+from app.robot.skin import AROUND, Skin
 
-RAYS = 5  # the zone's centre and four towards its corners
-CONE = float(np.arctan(np.sqrt(2.0) * np.tan(FIELD_OF_VIEW / 2.0) * (1.0 + CORNER_SHARE) / 2.0))
+RAYS = 1 + len(AROUND)  # the zone's centre and those around it
+CALIBRATED = 1e-3  # [m] smallest threshold of a link with one of its own: meshes are no better
+
+
+class Judgement(NamedTuple):
+    """What became of m frames, (m, 64) each.
+
+    verdict: KEPT, SELF or BEHIND.   link: in the zone's way, or -1.
+    gap:     [m] depth of the body minus depth measured; +inf where no body is in the way.
+    eps:     [m] threshold.   edge: the zone lies across an edge of what is in its way.
+    """
+
+    verdict: NDArray[np.uint8]
+    link: NDArray[np.int16]
+    gap: Array
+    eps: Array
+    edge: NDArray[np.bool_]
 
 
 class SelfFilter:
@@ -45,11 +62,12 @@ class SelfFilter:
         length = np.linalg.norm(skin.reach, axis=1, keepdims=True)
         rays = np.empty((skin.count, SLOTS, RAYS, 3))
         rays[:, :, 0] = (skin.reach / length).reshape(-1, SLOTS, 3)
-        rays[:, :, 1:] = skin.corners.reshape(-1, SLOTS, 4, 3)
+        rays[:, :, 1:] = skin.around.reshape(-1, SLOTS, RAYS - 1, 3)
         # unused slots look along the axis: they are never judged, and NaN rays are slow
         rays = np.where(np.isfinite(rays), rays, skin.axis[:, None, None, :])
         self._rays = rays.astype(np.float32)
         self._cosine = np.einsum("kzrc,kc->kzr", rays, skin.axis).astype(np.float32)
+        self._cone = float(np.arccos(self._cosine.min()))
         self._own_near: float | None = None
         self._own = np.empty((0, SLOTS, RAYS), dtype=np.float32)
         self._own_link = np.empty((0, SLOTS, RAYS), dtype=np.int16)
@@ -59,12 +77,10 @@ class SelfFilter:
 
     def judge(
         self, sensors: NDArray[np.intp], depth: Array, posture: Posture, params: Params
-    ) -> tuple[NDArray[np.uint8], NDArray[np.int16], Array, Array]:
-        """Verdict KEPT, SELF or BEHIND of each zone, the link in its way, gap and threshold.
+    ) -> Judgement:
+        """Verdict of each zone, and why.
 
         sensors: (m,) indices.   depth: (m, 64) [m], any value where there is no target.
-        Returns verdict (m, 64), link (m, 64) or -1, gap (m, 64) [m] = depth of the body minus
-        depth measured (+inf where no body is in the way), eps (m, 64) [m].
         """
         rays = RAYS if params.footprint else 1
         near = params.near_cut
@@ -74,7 +90,7 @@ class SelfFilter:
         end = np.empty(len(self._meshes), dtype=np.int64)
         aim(
             sensors, rays, near, self._link, self._welded, self._origin, self._axis, self._rays,
-            CONE, posture.T_base_link, self._centre, self._radius, self._low, self._high,
+            self._cone, posture.T_base_link, self._centre, self._radius, self._low, self._high,
             self._o, self._d, self._index, end,
         )  # fmt: skip
         first = 0
@@ -83,18 +99,22 @@ class SelfFilter:
                 t = mesh.cast(self._o[first:last], self._d[first:last])
                 np.add(t, np.float32(near), out=self._hit[first:last])
             first = last
-        verdict, way = np.empty(depth.shape, dtype=np.uint8), np.empty(depth.shape, dtype=np.int16)
-        gap, eps = np.empty(depth.shape), np.empty(depth.shape)
-        base = np.where(np.isnan(self._own_eps), params.eps_base, self._own_eps)
+        out = Judgement(
+            np.empty(depth.shape, dtype=np.uint8), np.empty(depth.shape, dtype=np.int16),
+            np.empty(depth.shape), np.empty(depth.shape), np.empty(depth.shape, dtype=np.bool_),
+        )  # fmt: skip
+        general = np.isnan(self._own_eps)
+        base = np.where(general, params.eps_base, self._own_eps)
+        least = np.where(general, params.eps_min, CALIBRATED)
         weigh(
             sensors, rays, depth, self._link, self._own, self._own_link, self._cosine,
-            self._hit, self._index, end, params.eps_min, base, params.eps_sigmas,
-            params.two_sided, verdict, way, gap, eps,
+            self._hit, self._index, end, base, least, params.eps_sigmas,
+            params.two_sided, *out,
         )  # fmt: skip
-        return verdict, way, gap, eps
+        return out
 
     def _own_hits(self, near: float) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
-        """Ray lengths (K, 64, 5) to each sensor's own link and what is fixed to it, and which."""
+        """Ray lengths (K, 64, 9) to each sensor's own link and what is fixed to it, and which."""
         own = np.full(self._rays.shape[:3], MISS)
         link = np.full(own.shape, -1, dtype=np.int16)
         for k, mount in enumerate(self._link):
@@ -105,13 +125,3 @@ class SelfFilter:
                 link[k][t < own[k]] = i
                 own[k] = np.minimum(own[k], t)
         return own, link
-
-
-def _in_cone(offset: Array, axis: Array, radius: float) -> NDArray[np.bool_]:
-    """(m,) may a ray of each sensor's cone reach a sphere at `offset` (m, 3) from its lens?"""
-    distance = np.sqrt(np.einsum("ij,ij->i", offset, offset))
-    along = np.einsum("ij,ij->i", offset, axis)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        angle = np.arccos(np.clip(along / distance, -1.0, 1.0))
-        widen = np.arcsin(np.clip(radius / distance, 0.0, 1.0))
-    return (distance <= radius) | (angle <= CONE + widen)

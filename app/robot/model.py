@@ -66,7 +66,8 @@ class Robot:
     _frames: tuple[int, ...]
     _tool: int
     _data: Any  # pinocchio's scratch space; results are copied out before the next call
-    eps: Array  # (L,) [m] the self filter's own threshold of each link, NaN: the setting's
+    eps: Array  # (L, 2) [m] the self filter's thresholds of each link, inside and across its
+    # edge; NaN: the setting's
 
     @property
     def n(self) -> int:
@@ -190,7 +191,7 @@ def _assemble(
         _frames=frames,
         _tool=tip,
         _data=model.createData(),
-        eps=freeze(_thresholds((table.eps_m if table else None) or {}, links, where)),
+        eps=freeze(_thresholds(table, links, where)),
     )
 
 
@@ -217,11 +218,15 @@ def _mounted(
     raise RobotError(f"tool {wanted!r} is no tool and no link; {options(wanted, known)}")
 
 
-def _thresholds(eps: dict[str, float], links: tuple[str, ...], where: Path) -> Array:
-    for name in eps:
-        if name not in links:
-            raise RobotError(f"{where}: eps_m: no body link {name!r}; {options(name, links)}")
-    return np.array([eps.get(link, np.nan) for link in links])
+def _thresholds(table: RobotTable | None, links: tuple[str, ...], where: Path) -> Array:
+    columns = []
+    for key in ("eps_m", "eps_edge_m"):
+        eps: dict[str, float] = getattr(table, key, None) or {}
+        for name in eps:
+            if name not in links:
+                raise RobotError(f"{where}: {key}: no body link {name!r}; {options(name, links)}")
+        columns.append([eps.get(link, np.nan) for link in links])
+    return np.array(columns).T
 
 
 def _middle(model: Any) -> Array:

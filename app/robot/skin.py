@@ -21,11 +21,15 @@ from msgspec import Meta
 from app.errors import RobotError, options
 from app.messages import SLOTS, Array, freeze
 from app.robot.model import Robot
+from app.robot.ranges import RangeTable
 from app.toml import Table, read_toml
 
 FIELD_OF_VIEW = radians(45.0)
 NOISE_FLOOR, NOISE_SHARE = 0.7e-3, 6.5e-3  # [m] and share of depth: measured on real frames
-CORNER_SHARE = 0.8  # footprint rays lie at this share of the way from a zone's centre to its edge
+AROUND = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1) if (a, b) != (0, 0)]  # a zone's centre
+SPACING = 1.0 / 3.0  # of a zone's width, between the rays that stand for it
+# returns within this of the nearest merge into one target: a slanted surface is one
+PULSE, PULSE_SHARE = 0.05, 0.1  # [m], and share of depth
 
 Vector = tuple[float, float, float]
 Positive = Annotated[float, Meta(gt=0)]
@@ -110,8 +114,9 @@ class Skin:
     axis:    (K, 3) optical axis.
     reach:   (S, 3) vector a zone's depth is multiplied with: point = origin + depth * reach;
              its length is ray length per depth. NaN in unused slots.
-    corners: (S, 4, 3) unit directions at 80 % of the way to the zone's corners.
+    around:  (S, 8, 3) unit directions around the zone's centre, a third of its width away.
     used:    (S,) bool, slots that have a zone.
+    ranges:  what each zone's range is wrong by, where that was measured.
     """
 
     title: str
@@ -120,8 +125,9 @@ class Skin:
     origin: Array
     axis: Array
     reach: Array
-    corners: Array
+    around: Array
     used: np.ndarray
+    ranges: RangeTable | None = None
 
     @property
     def count(self) -> int:
@@ -182,16 +188,15 @@ def build_skin(title: str, sensors: tuple[Sensor, ...], robot: Robot) -> Skin:
     """Lay the zones of `sensors` out in fixed slots."""
     K = len(sensors)
     reach = np.full((K, SLOTS, 3), np.nan)
-    corners = np.full((K, SLOTS, 4, 3), np.nan)
+    around = np.full((K, SLOTS, len(AROUND), 3), np.nan)
     for k, sensor in enumerate(sensors):
         R = sensor.T_link_sensor[:3, :3]
         zones = sensor.resolution**2
         row, column = np.divmod(np.arange(zones, dtype=np.float64), sensor.resolution)
         reach[k, :zones] = zone_directions(sensor, row, column) @ R.T
-        for c, (dr, dc) in enumerate(((-1, -1), (-1, 1), (1, -1), (1, 1))):
-            half = CORNER_SHARE / 2.0
-            d = zone_directions(sensor, row + dr * half, column + dc * half) @ R.T
-            corners[k, :zones, c] = d / np.linalg.norm(d, axis=1, keepdims=True)
+        for i, (dr, dc) in enumerate(AROUND):
+            d = zone_directions(sensor, row + dr * SPACING, column + dc * SPACING) @ R.T
+            around[k, :zones, i] = d / np.linalg.norm(d, axis=1, keepdims=True)
     return Skin(
         title=title,
         sensors=sensors,
@@ -199,7 +204,7 @@ def build_skin(title: str, sensors: tuple[Sensor, ...], robot: Robot) -> Skin:
         origin=freeze(np.array([s.T_link_sensor[:3, 3] for s in sensors])),
         axis=freeze(np.array([s.T_link_sensor[:3, 2] for s in sensors])),
         reach=freeze(reach.reshape(K * SLOTS, 3)),
-        corners=freeze(corners.reshape(K * SLOTS, 4, 3)),
+        around=freeze(around.reshape(K * SLOTS, len(AROUND), 3)),
         used=freeze(np.isfinite(reach[:, :, 0]).ravel()),
     )
 

@@ -45,7 +45,8 @@ class RobotTable(Table, frozen=True):
     tool:               what is bolted on when nothing else is asked for: a `[tool]` table (see
                         `ToolTable`), the path of a file with one, or a name in `tools/`;
                         default: none.
-    eps_m:              the self filter's threshold of single links [m], from calibration.
+    eps_m, eps_edge_m:  the self filter's thresholds of single links [m], from calibration: for
+                        zones that see only the link, and for zones across its edge.
     """
 
     name: Annotated[str, Meta(min_length=1)]
@@ -58,6 +59,7 @@ class RobotTable(Table, frozen=True):
     links: list[str] | None = None
     tool: ToolTable | str | None = None
     eps_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
+    eps_edge_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ from app.messages import SLOTS, Array, SensorFrame, freeze
 from app.raycast import MISS
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import FIELD_OF_VIEW, Skin, range_noise, zone_directions
+from app.robot.skin import FIELD_OF_VIEW, PULSE, PULSE_SHARE, Skin, range_noise, zone_directions
 from app.sensing.error_model import (
     FIRST,
     MERGE_DEPTH,
@@ -178,8 +178,7 @@ def _nearest_cluster(depth: Array, label: NDArray[np.int16]) -> Reading:
     zones = len(depth)
     rows = np.arange(zones)
     first = depth.min(axis=1)
-    # a slanted surface is one target: what lies within a tenth of the nearest belongs to it
-    reach = first + np.maximum(0.05, 0.1 * first)
+    reach = first + np.maximum(PULSE, PULSE_SHARE * first)
     cluster = depth <= reach[:, None]
     count = cluster.sum(axis=1)
     with np.errstate(invalid="ignore"):

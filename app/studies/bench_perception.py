@@ -32,7 +32,7 @@ from app.studies.exactness import filter_disagreements, worst_distance
 from app.studies.report import Check, Report
 from app.world.world import World
 
-ONE, FIVE = Params(footprint=False), Params()
+ONE, NINE = Params(footprint=False), Params()
 POSTURES = 20
 SENSORS = (3, 10, 30, 100, 300)
 FACES = (2_000, 20_000, 200_000)
@@ -58,6 +58,8 @@ def bench_perception(seed: int = 0, repeats: int = 500, urdf: Path | None = None
     grown, more_checks = _growth(robot, skin, scene, seed)
     judged, verdicts = confusion(robot, skin, seed)
     wrong, compared = filter_disagreements(robot, skin, scene[:6], ONE)
+    more_wrong, more_compared = filter_disagreements(robot, skin, scene[6:8], NINE)
+    wrong, compared = wrong + more_wrong, compared + more_compared
     worst, cases = worst_distance(robot, 10_000, seed)
     rows += grown + judged
     rows.append({"name": "self filter against float64", "zones": compared, "wrong": wrong})
@@ -122,8 +124,8 @@ def _times(
     views = []
     for (posture, _), f in zip(scene, frames, strict=True):
         cloud.reset()
-        cloud.take(f, posture, FIVE)
-        views.append(cloud.view(0.0, FIVE))
+        cloud.take(f, posture, NINE)
+        views.append(cloud.view(0.0, NINE))
 
     def filter_with(params: Params) -> Callable[[int], Any]:
         return lambda i: judge.judge(
@@ -133,13 +135,13 @@ def _times(
     def tick(i: int) -> None:
         n = i // 50 % len(scene)
         posture, k = scene[n][0], 2 * i % (skin.count - 1)
-        cloud.take(frames[n][k : k + 1], posture, FIVE)
-        cloud.take(frames[n][k + 1 : k + 2], posture, FIVE)
-        body.update(cloud.view(0.0, FIVE), posture)
+        cloud.take(frames[n][k : k + 1], posture, NINE)
+        cloud.take(frames[n][k + 1 : k + 2], posture, NINE)
+        body.update(cloud.view(0.0, NINE), posture)
 
     measured = (
         ("self filter, one ray", timed(filter_with(ONE), repeats), 0.5),
-        ("self filter, five rays", timed(filter_with(FIVE), repeats), 1.5),
+        ("self filter, nine rays", timed(filter_with(NINE), repeats), 1.5),
         (
             "closest pairs",
             timed(lambda i: body.update(views[i % len(views)], scene[i % len(scene)][0]), repeats),
@@ -197,9 +199,9 @@ def _both(robot: Robot, skin: Skin, scene: Scene, rng: np.random.Generator) -> d
     judge, body, everyone = SelfFilter(robot, skin), BodyPairs(robot), np.arange(skin.count)
     depth = rng.uniform(0.1, 2.0, (skin.count, SLOTS))
     cloud = SkinCloud(robot, skin, ())
-    cloud.take(frames_of(depth, 0.0), scene[0][0], FIVE)
-    view, n = cloud.view(0.0, FIVE), len(scene)
-    filtered = timed(lambda i: judge.judge(everyone, depth, scene[i % n][0], FIVE), 60)
+    cloud.take(frames_of(depth, 0.0), scene[0][0], NINE)
+    view, n = cloud.view(0.0, NINE), len(scene)
+    filtered = timed(lambda i: judge.judge(everyone, depth, scene[i % n][0], NINE), 60)
     pairs = timed(lambda i: body.update(view, scene[i % n][0]), 60)
     return {
         "filter_ms": 1e3 * float(np.median(filtered)), "pairs_ms": 1e3 * float(np.median(pairs)),

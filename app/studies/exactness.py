@@ -5,12 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.config import Params
-from app.messages import Array, Verdict
+from app.messages import SLOTS, Array, Verdict
 from app.perception.proximity import BodyPairs
 from app.perception.self_filter import SelfFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import Skin
+from app.robot.skin import PULSE, PULSE_SHARE, Skin
 from app.studies.reference import first_hit, nearest_of, triangles_of
 
 BAND = 1e-4  # [m] around the threshold in which float32 rays may err
@@ -19,11 +19,11 @@ BAND = 1e-4  # [m] around the threshold in which float32 rays may err
 def filter_disagreements(
     robot: Robot, skin: Skin, scene: Sequence[tuple[Posture, Array]], params: Params
 ) -> tuple[int, int]:
-    """Zones whose verdict is not that of a float64 cast of the centre ray, and zones compared."""
+    """Zones whose verdict is not that of rays cast in float64, and zones compared."""
     judge, wrong, compared = SelfFilter(robot, skin), 0, 0
     everyone = np.arange(skin.count)
     for number, (posture, depth) in enumerate(scene):
-        verdict, _, _, eps = judge.judge(everyone, depth, posture, params)
+        judged = judge.judge(everyone, depth, posture, params)
         bodies = [
             triangles_of(b.vertices, b.faces, T)
             for b, T in zip(robot.bodies, posture.T_base_link, strict=True)
@@ -31,22 +31,37 @@ def filter_disagreements(
         everything = np.concatenate(bodies)
         for k in range(number % 6, skin.count, 6):
             T = posture.T_base_link[skin.link[k]]
-            origin = T[:3, :3] @ skin.origin[k] + T[:3, 3]
-            for zone in range(64):
-                reach = T[:3, :3] @ skin.reach[64 * k + zone]
-                length = float(np.linalg.norm(reach))
-                hit = first_hit(origin, reach / length, everything, params.near_cut) / length
-                gap, limit = hit - depth[k, zone], eps[k, zone]
-                if abs(abs(gap) - limit) < BAND:
+            origin, axis = T[:3, :3] @ skin.origin[k] + T[:3, 3], T[:3, :3] @ skin.axis[k]
+            for zone in range(SLOTS):
+                slot = SLOTS * k + zone
+                rays = [skin.reach[slot] / np.linalg.norm(skin.reach[slot])]
+                rays += list(skin.around[slot]) if params.footprint else []
+                depths = []
+                for ray in rays:
+                    d = T[:3, :3] @ ray
+                    depths.append(first_hit(origin, d, everything, params.near_cut) * (d @ axis))
+                gaps = _pulses(np.array(depths)) - depth[k, zone]
+                limit = judged.eps[k, zone]
+                if np.any(np.abs(np.abs(gaps) - limit) < BAND):
                     continue
                 truth = Verdict.KEPT
-                if abs(gap) <= limit:
+                if np.any(np.abs(gaps) <= limit):
                     truth = Verdict.SELF
-                elif gap < 0.0:
+                elif len(gaps) and gaps[0] < 0.0:
                     truth = Verdict.BEHIND
-                wrong += verdict[k, zone] != truth
+                wrong += judged.verdict[k, zone] != truth
                 compared += 1
     return int(wrong), compared
+
+
+def _pulses(depth: Array) -> Array:
+    """Depths [m] of the groups of returns that merge, near to far; +inf is no return."""
+    rest, out = np.sort(depth[np.isfinite(depth)]), []
+    while len(rest):
+        group = rest <= rest[0] + max(PULSE, PULSE_SHARE * rest[0])
+        out.append(rest[group].mean())
+        rest = rest[~group]
+    return np.array(out)
 
 
 def worst_distance(robot: Robot, cases: int, seed: int) -> tuple[float, int]:

@@ -1,0 +1,30 @@
+"""`flinch calibrate-ranges`: what each zone's range is wrong by."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+
+@dataclass(frozen=True)
+class CalibrateRanges:
+    """Measure each zone's range error from a flat wall shown square at a known distance."""
+
+    recording: tyro.conf.Positional[str]
+    """'simulated', or PATH[@SENSOR] of a recording of the wall."""
+    file: tyro.conf.Positional[Path]
+    """Table to begin or to add to; `flinch run --ranges FILE` uses it."""
+    distance: float = 0.0
+    """Distance of a recorded wall from the lens [m]."""
+    robot: str = "ur10e"
+    """A robot's name, or the path of its folder."""
+    seed: int = 0
+    """Seed of the simulated sensors."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __call__(self) -> None:
+        from app.studies.ranges import calibrate_ranges
+
+        report = calibrate_ranges(self.robot, self.recording, self.distance, self.file, self.seed)
+        print(report.to_json() if self.json else report.to_text())
