@@ -12,10 +12,10 @@ WHAT ?= tick
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check slow peers hardware bench robot wheel clean browser
+.PHONY: help run test check slow peers peers-env hardware bench robot wheel clean browser
 
 help: ## list the targets
-	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F '\t' '{printf "  make %-10s%s\n", $$1, $$2}'
+	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F '\t' '{printf "  make %-10s%s\n", $$1, $$2}'
 
 run: $(RUN) ## install what is needed and start Flinch (flags: ARGS="--port 8090")
 	@$(VENV)/bin/flinch run $(ARGS)
@@ -36,6 +36,13 @@ check: $(DEV) ## lint, types and imports only
 
 slow: $(DEV) $(MODEL) browser ## the tests that take minutes
 	$(PY) -m pytest -m "slow and not peers and not hardware" $(ARGS)
+
+peers-env: $(DEV) ## environments for the peers whose pins clash with ours
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+	  apt-get install -y -qq libusb-1.0-0 libgl1 libgomp1 libx11-6 >/dev/null; fi # for Open3D
+	for peer in open3d==0.20.0 roboplan==0.7.0; do \
+	  $(PY) -m venv $(VENV)/peers/$${peer%%==*} && \
+	  $(VENV)/peers/$${peer%%==*}/bin/pip install --quiet $$peer || exit 1; done
 
 peers: $(DEV) ## the comparisons with other software
 	$(PY) -m pytest -m "peers and not hardware" $(ARGS)

@@ -78,7 +78,7 @@ class Params:
     )
     footprint: bool = tunable(
         True, "", None, None, "perception",
-        "self filter: test nine rays a zone, since a zone is a cone",
+        "self filter: up to nine rays a zone, since a zone is a cone",
     )  # fmt: skip
     two_sided: bool = tunable(
         False, "", None, None, "perception",

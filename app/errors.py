@@ -28,6 +28,10 @@ class SensorError(FlinchError):
     """A sensor source (recording, port) that cannot be used."""
 
 
+class StudyError(FlinchError):
+    """A study that cannot be made here."""
+
+
 class ServerError(FlinchError):
     """The page cannot be served (port taken, address refused)."""
 

@@ -264,8 +264,27 @@ def test_culled_rays_change_no_verdict(robot, skin):
     everyone = np.arange(skin.count)
     for posture in postures(robot, 20, 13):
         depth = rng.uniform(0.05, 1.5, (skin.count, 64))
+        one = replace(P, footprint=False)
+        ours, theirs = (f.judge(everyone, depth, posture, one) for f in (judge, blunt))
+        assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
         together = judge.judge(everyone, depth, posture, P)
-        for ours, theirs in zip(together, blunt.judge(everyone, depth, posture, P), strict=True):
-            assert np.array_equal(ours, theirs)
         alone = judge.judge(everyone[7:8], depth[7:8], posture, P)
         assert all(np.array_equal(a[0], t[7]) for a, t in zip(alone, together, strict=True))
+
+
+def test_rays_that_were_saved_would_not_have_found_the_robot(robot, skin):
+    judge, blunt = SelfFilter(robot, skin), SelfFilter(robot, skin)
+    rng = np.random.default_rng(14)
+    everyone = np.arange(skin.count)
+    saved = found = 0
+    for posture in postures(robot, 20, 15):
+        body = judge.judge(everyone, np.full((skin.count, 64), 9.0), posture, P)
+        here = np.where(np.isfinite(body.gap), body.gap + 9.0, 0.5)  # at the body, or near it
+        depth = np.maximum(here + rng.normal(scale=0.1, size=here.shape), 0.02)
+        few = judge.judge(everyone, depth, posture, P)
+        blunt._low, blunt._high = judge._low - 100.0, judge._high + 100.0
+        every = blunt.judge(everyone, depth, posture, P)
+        assert np.array_equal(few.verdict == Verdict.SELF, every.verdict == Verdict.SELF)
+        saved += int((few.rays < every.rays).sum())
+        found += int((few.verdict == Verdict.SELF).sum())
+    assert saved > 1000 and found > 500

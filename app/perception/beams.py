@@ -18,6 +18,8 @@ KEPT, SELF, BEHIND, STATIC = (
 BAD_STATUS, NO_TARGET, OUT_OF_RANGE, EMPTY = (
     int(v) for v in (Verdict.BAD_STATUS, Verdict.NO_TARGET, Verdict.OUT_OF_RANGE, Verdict.EMPTY)
 )
+SECANT = 1.2  # a zone's ray is no longer than this share of its depth
+WIDTH = 0.055  # of the depth: no ray of a zone is farther than this from its centre ray
 SLACK = 1e-4  # [m] boxes are this much larger, so that float32 never culls a hit
 
 
@@ -26,11 +28,15 @@ def aim(
     sensors: NDArray[np.intp],
     rays: int,
     near: float,
+    depth: Array,
+    slack: float,
+    sigmas: float,
     mount: NDArray[np.int64],
     welded: NDArray[np.bool_],
     origin: Array,
     axis: Array,
     direction: NDArray[np.float32],
+    cosine: NDArray[np.float32],
     cone: float,
     T_base_link: Array,
     centre: Array,
@@ -41,56 +47,75 @@ def aim(
     out_direction: NDArray[np.float32],
     out_index: NDArray[np.int32],
     end: NDArray[np.int64],
+    cast: NDArray[np.uint8],
 ) -> None:
     """Move the rays of `sensors` (m,) into every link's frame and keep those that may hit it.
 
     A ray may hit when its sensor's cone (half angle `cone`) reaches the link's sphere and the
-    ray itself its box; links fixed to the sensor's (`welded` (L, L)) are left out. Writes
-    origins and directions (n, 3) in the link's frame, the index of each ray (row of sensors
-    * 64 * rays + zone * rays + ray) and end (L,): rays of link i are those from end[i - 1]
-    to end[i].
+    ray itself its box; links fixed to the sensor's (`welded` (L, L)) are left out. A zone's
+    centre ray always counts; the others only where the point measured, at `depth` (m, 64),
+    lies so near a link's box that the link may explain it with a threshold of `slack` [m] and
+    `sigmas` of the noise. Writes origins and directions (n, 3) in the link's frame, the index
+    of each ray (row of sensors * 64 * rays + zone * rays + ray), end (L,): rays of link i are
+    those from end[i - 1] to end[i], and cast (m, 64): rays of each zone that count.
     """
-    n = 0
-    R = np.empty((3, 3))
-    at = np.empty(3)
-    o = np.empty(3)
-    d = np.empty(3)
-    for link in range(len(T_base_link)):
-        B = T_base_link[link]
-        for row in range(len(sensors)):
-            k = sensors[row]
+    links, m = len(T_base_link), len(sensors)
+    R, at = np.empty((links, m, 3, 3)), np.empty((links, m, 3))
+    reached = np.zeros((links, m), dtype=np.bool_)
+    for row in range(m):
+        cast[row] = 1
+        k = sensors[row]
+        A = T_base_link[mount[k]]
+        for link in range(links):
             if welded[mount[k], link]:
                 continue
-            A = T_base_link[mount[k]]
+            B = T_base_link[link]
+            here, turn = at[link, row], R[link, row]
             for i in range(3):
-                shift = 0.0
+                here[i] = 0.0
                 for j in range(3):
-                    shift += B[j, i] * (A[j, 3] - B[j, 3])
-                    R[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
-                at[i] = shift
+                    here[i] += B[j, i] * (A[j, 3] - B[j, 3])
+                    turn[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
                 for j in range(3):
-                    at[i] += R[i, j] * origin[k, j]
+                    here[i] += turn[i, j] * origin[k, j]
             along = 0.0
             square = 0.0
             for i in range(3):
-                v = centre[link, i] - at[i]
+                v = centre[link, i] - here[i]
                 square += v * v
-                along += v * (R[i, 0] * axis[k, 0] + R[i, 1] * axis[k, 1] + R[i, 2] * axis[k, 2])
+                along += v * (
+                    turn[i, 0] * axis[k, 0] + turn[i, 1] * axis[k, 1] + turn[i, 2] * axis[k, 2]
+                )
             distance = np.sqrt(square)
             if distance > radius[link]:
                 angle = np.arccos(min(1.0, max(-1.0, along / distance)))
                 if angle > cone + np.arcsin(radius[link] / distance):
                     continue
+            reached[link, row] = True
+            if rays > 1:
+                _come_near(
+                    depth[row], slack, sigmas, rays, here, turn, direction[k], cosine[k],
+                    low[link], high[link], cast[row],
+                )  # fmt: skip
+    n = 0
+    o = np.empty(3)
+    d = np.empty(3)
+    for link in range(links):
+        for row in range(m):
+            if not reached[link, row]:
+                continue
+            k = sensors[row]
+            here, turn = at[link, row], R[link, row]
             for zone in range(SLOTS):
-                for ray in range(rays):
+                for ray in range(cast[row, zone]):
                     first, last = 0.0, np.inf
                     for i in range(3):
                         d[i] = (
-                            R[i, 0] * direction[k, zone, ray, 0]
-                            + R[i, 1] * direction[k, zone, ray, 1]
-                            + R[i, 2] * direction[k, zone, ray, 2]
+                            turn[i, 0] * direction[k, zone, ray, 0]
+                            + turn[i, 1] * direction[k, zone, ray, 1]
+                            + turn[i, 2] * direction[k, zone, ray, 2]
                         )
-                        o[i] = at[i] + near * d[i]
+                        o[i] = here[i] + near * d[i]
                         if d[i] == 0.0:
                             if o[i] < low[link, i] - SLACK or o[i] > high[link, i] + SLACK:
                                 last = -1.0
@@ -109,6 +134,43 @@ def aim(
 
 
 @compiled
+def _come_near(
+    depth: Array,
+    slack: float,
+    sigmas: float,
+    rays: int,
+    at: Array,
+    R: Array,
+    direction: NDArray[np.float32],
+    cosine: NDArray[np.float32],
+    low: Array,
+    high: Array,
+    cast: NDArray[np.uint8],
+) -> None:
+    """Set cast (64,) to `rays` where a zone's point may be a return from a link's box.
+
+    What explains a point lies within the threshold and the depth of a pulse along the ray,
+    and within the zone's width across it.
+    """
+    for zone in range(SLOTS):
+        z = depth[zone]
+        limit = slack + sigmas * max(NOISE_FLOOR, NOISE_SHARE * abs(z))
+        pulse = max(PULSE, PULSE_SHARE * (z + limit))
+        margin = SECANT * (limit + pulse) + WIDTH * (z + limit + pulse)
+        length = z / cosine[zone, 0]
+        inside = True
+        for i in range(3):
+            p = at[i] + length * (
+                R[i, 0] * direction[zone, 0, 0]
+                + R[i, 1] * direction[zone, 0, 1]
+                + R[i, 2] * direction[zone, 0, 2]
+            )
+            inside &= low[i] - margin <= p <= high[i] + margin
+        if inside:
+            cast[zone] = rays
+
+
+@compiled
 def weigh(
     sensors: NDArray[np.intp],
     rays: int,
@@ -120,6 +182,7 @@ def weigh(
     hit: NDArray[np.float32],
     index: NDArray[np.int32],
     end: NDArray[np.int64],
+    cast: NDArray[np.uint8],
     eps_base: Array,
     eps_least: Array,
     eps_sigmas: float,
@@ -138,7 +201,7 @@ def weigh(
     what it reports, so every group counts there and the threshold is another one.
 
     own, own_link: (K, 64, 9) ray lengths to what is fixed to the sensor, and to which link.
-    hit: ray lengths of the rays of `aim`. eps_base, eps_least: (L, 2) [m], inside and across
+    hit, index, end, cast: of the rays of `aim`. eps_base, eps_least: (L, 2) [m], inside and across
     an edge. Writes verdict, way (link or -1), gap, eps and edge (m, 64).
     """
     m = len(sensors)
@@ -147,7 +210,7 @@ def weigh(
     for row in range(m):
         k = sensors[row]
         for zone in range(SLOTS):
-            for ray in range(rays):
+            for ray in range(cast[row, zone]):
                 i = (row * SLOTS + zone) * rays + ray
                 best[i] = own[k, zone, ray]
                 link[i] = own_link[k, zone, ray]
@@ -166,7 +229,7 @@ def weigh(
             z = depth[row, zone]
             noise = eps_sigmas * max(NOISE_FLOOR, NOISE_SHARE * abs(z))
             seen = 0
-            for ray in range(rays):
+            for ray in range(cast[row, zone]):
                 i = (row * SLOTS + zone) * rays + ray
                 if link[i] < 0:
                     continue
@@ -192,7 +255,7 @@ def weigh(
                 g = total / (j - i) - z
                 if i == 0:
                     front, front_link = g, sorted_link[0]
-                    across = 1 if j < rays else 0
+                    across = 1 if j < cast[row, zone] else 0
                 if abs(g) < abs(nearest):  # this group explains the measurement best
                     nearest, nearest_link = g, sorted_link[i]
                 i = j

@@ -37,6 +37,7 @@ class Judgement(NamedTuple):
     verdict: KEPT, SELF or BEHIND.   link: in the zone's way, or -1.
     gap:     [m] depth of the body minus depth measured; +inf where no body is in the way.
     eps:     [m] threshold.   edge: the zone lies across an edge of what is in its way.
+    rays:    that stood for the zone: all where a link may explain the point, else the centre's.
     """
 
     verdict: NDArray[np.uint8]
@@ -44,6 +45,7 @@ class Judgement(NamedTuple):
     gap: Array
     eps: Array
     edge: NDArray[np.bool_]
+    rays: NDArray[np.uint8]
 
 
 class SelfFilter:
@@ -88,10 +90,16 @@ class SelfFilter:
             self._own, self._own_link = self._own_hits(near)
             self._own_near = near
         end = np.empty(len(self._meshes), dtype=np.int64)
+        general = np.isnan(self._own_eps)
+        base = np.where(general, params.eps_base, self._own_eps)
+        least = np.where(general, params.eps_min, CALIBRATED)
+        slack = max(float(base.max()), float(least.max()))
+        cast = np.empty(depth.shape, dtype=np.uint8)
         aim(
-            sensors, rays, near, self._link, self._welded, self._origin, self._axis, self._rays,
+            sensors, rays, near, depth, slack, params.eps_sigmas,
+            self._link, self._welded, self._origin, self._axis, self._rays, self._cosine,
             self._cone, posture.T_base_link, self._centre, self._radius, self._low, self._high,
-            self._o, self._d, self._index, end,
+            self._o, self._d, self._index, end, cast,
         )  # fmt: skip
         first = 0
         for mesh, last in zip(self._meshes, end.tolist(), strict=True):
@@ -102,14 +110,12 @@ class SelfFilter:
         out = Judgement(
             np.empty(depth.shape, dtype=np.uint8), np.empty(depth.shape, dtype=np.int16),
             np.empty(depth.shape), np.empty(depth.shape), np.empty(depth.shape, dtype=np.bool_),
+            cast,
         )  # fmt: skip
-        general = np.isnan(self._own_eps)
-        base = np.where(general, params.eps_base, self._own_eps)
-        least = np.where(general, params.eps_min, CALIBRATED)
         weigh(
             sensors, rays, depth, self._link, self._own, self._own_link, self._cosine,
-            self._hit, self._index, end, base, least, params.eps_sigmas,
-            params.two_sided, *out,
+            self._hit, self._index, end, cast, base, least, params.eps_sigmas,
+            params.two_sided, *out[:5],
         )  # fmt: skip
         return out
 

@@ -3,7 +3,8 @@
 B1, the self filter: where does the centre ray of each zone meet the robot? The paper's way
 rebuilds a ray tree of the posed mesh every tick. B2, the closest pair of every link to a
 cloud of 100, 500 and 1920 points, exactly. Ours is timed before and after each peer. A peer
-that is not installed is a row that says so: `pip install 'flinch[peers]'`.
+that is not installed is a row that says so: `pip install 'flinch[peers]'`, and `make
+peers-env` for those with an environment of their own.
 """
 
 import importlib
@@ -19,10 +20,11 @@ from app.perception.proximity import BodyPairs
 from app.perception.self_filter import SelfFilter
 from app.robot.meshes import BodyMesh
 from app.robot.model import Robot, find_robot, load_robot
-from app.robot.posture import Posture
 from app.robot.skin import Skin, load_skin
 from app.studies import peers
+from app.studies.bench_elsewhere import beside_open3d, beside_roboplan
 from app.studies.bench_perception import make_scene, timed, with_bodies, with_visuals
+from app.studies.clouds import centre_rays, outside, unlike
 from app.studies.reference import nearest_of, triangles_of
 from app.studies.report import Check, Report
 
@@ -43,8 +45,14 @@ def bench_peers(seed: int = 0, urdf: Path | None = None) -> Report:
         more, found = _filters(name, arm, skin, seed)
         rows += more
         checks += found if name == "visual" else []
-    more, found = _pairs(robot, seed)
-    return Report("bench peers", seed, rows + more, checks + found)
+    for part in (
+        _pairs(robot, seed),
+        beside_open3d(robot, skin, seed),
+        beside_roboplan(robot, skin, seed),
+    ):
+        rows += part[0]
+        checks += part[1]
+    return Report("bench peers", seed, rows, checks)
 
 
 def own_visuals(robot: Robot) -> tuple[BodyMesh, ...]:
@@ -66,8 +74,8 @@ def _filters(
         judge.judge(everyone, scene[i % 5][1], scene[i % 5][0], ONE)
 
     length = np.linalg.norm(skin.reach, axis=1)
-    rays = [_rays(skin, posture) for posture, _ in scene]
-    truth = [judge.judge(everyone, depth, posture, ONE)[2] + depth for posture, depth in scene]
+    rays = [centre_rays(skin, posture, ONE.near_cut) for posture, _ in scene]
+    truth = [judge.judge(everyone, depth, posture, ONE).gap + depth for posture, depth in scene]
     rows: list[dict[str, Any]] = []
     checks = []
     for peer, module, make, repeats in peers.RAYS:
@@ -81,7 +89,7 @@ def _filters(
         mine = 1e3 * float(np.median(np.concatenate((first, timed(ours, OURS)))))
         median = 1e3 * float(np.median(theirs))
         error = max(
-            _unlike(cast(posture.T_base_link, *r), t.ravel(), length)
+            unlike(cast(posture.T_base_link, *r) + ONE.near_cut, t.ravel(), length)
             for (posture, _), r, t in zip(scene, rays, truth, strict=True)
         )
         rows.append(
@@ -102,7 +110,7 @@ def _pairs(robot: Robot, seed: int) -> tuple[list[dict[str, Any]], list[Check]]:
     ]
     rows, checks = [], []
     for n in CLOUDS:
-        points = _outside(body, posture, rng, n)
+        points = outside(body, posture, rng, n)
         use = np.ones(n, dtype=bool)
         sample = points[:100]
         truth = np.array([nearest_of(sample, t) for t in triangles])
@@ -133,35 +141,6 @@ def _pairs(robot: Robot, seed: int) -> tuple[list[dict[str, Any]], list[Check]]:
             )  # fmt: skip
             checks.append(Check(f"{label}, over ours", median / mine, "x", EXACT, at_least=True))
     return rows, checks
-
-
-def _outside(body: BodyPairs, posture: Posture, rng: np.random.Generator, n: int) -> Array:
-    """Points (n, 3) around the arm and outside of it, so that unsigned answers are the same."""
-    out, one = np.empty((0, 3)), np.ones(1, dtype=bool)
-    while len(out) < n:
-        points = rng.uniform(-1.0, 1.0, (n, 3))
-        clear = [body.search(p[None], one, posture).minimum > 0.0 for p in points]
-        out = np.concatenate((out, points[clear]))
-    return out[:n]
-
-
-def _rays(skin: Skin, posture: Posture) -> tuple[Array, Array]:
-    """Origins and unit directions (S, 3) of the centre rays, base frame, near cut applied."""
-    T = np.repeat(posture.T_base_link[skin.link], 64, axis=0)
-    direction = np.einsum("sij,sj->si", T[:, :3, :3], skin.reach)
-    direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    lens = np.repeat(skin.origin, 64, axis=0)
-    origin = np.einsum("sij,sj->si", T[:, :3, :3], lens) + T[:, :3, 3]
-    return origin + ONE.near_cut * direction, direction
-
-
-def _unlike(hit: Array, depth: Array, length: Array) -> int:
-    """Zones whose hit differs by more than 0.1 mm from ours, or is there for one only."""
-    theirs = (hit + ONE.near_cut) / length
-    both = np.isfinite(theirs) & np.isfinite(depth)
-    far = np.zeros(len(hit), dtype=bool)
-    far[both] = np.abs(theirs[both] - depth[both]) > 1e-4
-    return int((far | (np.isfinite(theirs) != np.isfinite(depth))).sum())
 
 
 def _installed(module: str) -> bool:

@@ -35,7 +35,7 @@ def filter_disagreements(
             for zone in range(SLOTS):
                 slot = SLOTS * k + zone
                 rays = [skin.reach[slot] / np.linalg.norm(skin.reach[slot])]
-                rays += list(skin.around[slot]) if params.footprint else []
+                rays += list(skin.around[slot])[: judged.rays[k, zone] - 1]
                 depths = []
                 for ray in rays:
                     d = T[:3, :3] @ ray

@@ -45,41 +45,6 @@ def trimesh_rebuilt(bodies: Bodies) -> Cast:
     return cast
 
 
-def open3d_rebuilt(bodies: Bodies) -> Cast:
-    """A new scene of the posed mesh every time."""
-    import open3d as o3d
-
-    def cast(T: Array, origins: Array, directions: Array) -> Array:
-        vertices, faces = _posed(bodies, T)
-        scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-        scene.add_triangles(vertices.astype(np.float32), faces.astype(np.uint32))
-        rays = np.concatenate((origins, directions), axis=1).astype(np.float32)
-        return np.asarray(scene.cast_rays(rays, nthreads=1)["t_hit"].numpy(), dtype=np.float64)
-
-    return cast
-
-
-def open3d_links(bodies: Bodies) -> Cast:
-    """One scene a link, built once; the rays are moved."""
-    import open3d as o3d
-
-    scenes = []
-    for b in bodies:
-        scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-        scene.add_triangles(b.vertices.astype(np.float32), b.faces.astype(np.uint32))
-        scenes.append(scene)
-
-    def cast(T: Array, origins: Array, directions: Array) -> Array:
-        best = np.full(len(origins), np.inf)
-        for scene, pose in zip(scenes, T, strict=True):
-            moved = np.concatenate((_local(pose, origins), directions @ pose[:3, :3]), axis=1)
-            t = scene.cast_rays(moved.astype(np.float32), nthreads=1)["t_hit"].numpy()
-            best = np.minimum(best, t)
-        return best
-
-    return cast
-
-
 def igl_links(bodies: Bodies) -> Nearest:
     """libigl's tree of every link, built once; all points are asked."""
     import igl
@@ -97,29 +62,6 @@ def igl_links(bodies: Bodies) -> Nearest:
             squared = squared[0] if isinstance(squared, tuple) else squared
             out.append(np.sqrt(np.min(squared)))
         return np.array(out)
-
-    return nearest
-
-
-def open3d_distance(bodies: Bodies) -> Nearest:
-    """Open3D's scene of every link."""
-    import open3d as o3d
-
-    scenes = []
-    for b in bodies:
-        scene = o3d.t.geometry.RaycastingScene(nthreads=1)
-        scene.add_triangles(b.vertices.astype(np.float32), b.faces.astype(np.uint32))
-        scenes.append(scene)
-
-    def nearest(T: Array, points: Array) -> Array:
-        return np.array(
-            [
-                s.compute_distance(_local(pose, points).astype(np.float32), nthreads=1)
-                .numpy()
-                .min()
-                for s, pose in zip(scenes, T, strict=True)
-            ]
-        )
 
     return nearest
 
@@ -199,13 +141,10 @@ def trimesh_points(bodies: Bodies) -> Nearest:
 # name, module, maker, timed calls
 RAYS: tuple[tuple[str, str, Callable[[Bodies], Cast], int], ...] = (
     ("trimesh + embreex, rebuilt (the paper)", "embreex", trimesh_rebuilt, 10),
-    ("Open3D, rebuilt", "open3d", open3d_rebuilt, 10),
-    ("Open3D, a scene a link", "open3d", open3d_links, 100),
 )
 # name, module, maker, most points that it is asked for
 DISTANCES: tuple[tuple[str, str, Callable[[Bodies], Nearest], int], ...] = (
     ("igl", "igl", igl_links, 10_000),
-    ("Open3D", "open3d", open3d_distance, 10_000),
     ("coal", "coal", coal_points, 10_000),
     ("fcpw", "fcpw", fcpw_points, 10_000),
     ("trimesh", "trimesh", trimesh_points, 100),
