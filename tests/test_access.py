@@ -10,7 +10,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, ru
 
 from app.errors import AccessError, ConfigError
 from app.ui.access import LEFT_ALONE, TRY_AGAIN, Access
-from app.ui.operator_token import SHORTEST, VARIABLE, beyond, checked_origin, operator_token
+from app.ui.entrance import SHORTEST, VARIABLE, beyond, checked_origin, operator_token
 
 TOKEN = "correct horse battery"
 

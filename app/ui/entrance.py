@@ -1,12 +1,15 @@
-"""The operator token and the public addresses: when they are needed, and where they are read.
+"""The entrance: where the page listens, how it is called from outside, what operating takes.
 
-A command line is seen by everybody on the machine, so the token comes from a file or from the
-environment.
+On this machine alone nothing is needed. Whatever lets other machines in, an address or a
+proxy's public origin, demands an operator token; it comes from a file or the environment, since
+a command line is seen by everybody on the machine. The way between is plain HTTP here: TLS is
+the work of a proxy in front (static_assets/proxy).
 """
 
 import ipaddress
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from app.errors import AccessError, ConfigError
@@ -14,6 +17,24 @@ from app.errors import AccessError, ConfigError
 VARIABLE = "FLINCH_TOKEN"
 SHORTEST = 16  # characters; 16 hexadecimal digits are 64 bits, hopeless at one try in a second
 HOW = f"put at least {SHORTEST} characters into a file (openssl rand -hex 16 > FILE)"
+
+
+class Entrance(NamedTuple):
+    """What the page needs to know of the way in."""
+
+    host: str
+    port: int  # 0: any free one
+    token: str  # empty on one's own machine: every page may operate
+    origins: tuple[str, ...]  # further addresses of the page, as of a proxy
+
+    def words(self) -> list[str]:
+        """What whoever starts the page should know."""
+        out = []
+        if self.token:
+            out.append("Operating takes the token; whoever reaches the page may watch and stop.")
+        if not _loopback(self.host):
+            out.append("This is plain HTTP, the token too: TLS is the work of a proxy in front.")
+        return out
 
 
 def operator_token(
