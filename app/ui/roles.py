@@ -59,8 +59,7 @@ class Roles:
         seen, self._seen = self._seen, self._controls()
         if seen == self._seen and seen != self._shaded:
             self._shaded = seen
-            for client in self._server.get_clients().values():
-                self._shade(client)
+            self._server.get_event_loop().call_soon_threadsafe(self._shade_all)
 
     async def _arrive(self, client: viser.ClientHandle) -> None:
         page = client.client_id
@@ -90,6 +89,8 @@ class Roles:
     def _press(self, page: int, token: str) -> None:
         """The button of a page: give the lease back if it has it, else take it."""
         before, now = self._access.operator, self._clock.now()
+        if page not in self.panels:  # closed since
+            return
         try:
             if before == page:
                 self._access.release(page)
@@ -148,6 +149,10 @@ class Roles:
                 send(m.GuiUpdateMessage(uuid, {"disabled": watches or disabled}))
         for name, node in list(self._server.scene._handle_from_transform_controls_name.items()):
             send(m.SceneNodeUpdateMessage(name, {"opacity": FAINT if watches else node.opacity}))
+
+    def _shade_all(self) -> None:
+        for client in self._server.get_clients().values():
+            self._shade(client)
 
     def _controls(self) -> dict[str, bool]:
         """Whether each of the shared controls is disabled for all."""
