@@ -36,6 +36,10 @@ class ServerError(FlinchError):
     """The page cannot be served (port taken, address refused)."""
 
 
+class AccessError(FlinchError):
+    """A page may not do what it asked for, or the page may not be opened to others."""
+
+
 def options(name: str, known: Iterable[str]) -> str:
     """The tail of an error message: the nearest known name first, then all of them."""
     names = sorted(known)

@@ -15,6 +15,7 @@ from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.errors import ConfigError
 from app.timing import WallClock
+from app.ui.entrance import Entrance, checked_origin, operator_token
 from app.wiring import Setup, build_engine
 
 DEFAULT_PORT = 8080
@@ -59,7 +60,13 @@ class Run(WhichRobot):
     stray: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
-    """Port of the page on 127.0.0.1; 0 takes a free one."""
+    """Port of the page; 0 takes a free one."""
+    host: str = "127.0.0.1"
+    """Address that the page listens on; beyond this machine it takes an operator token."""
+    token_file: Path | None = None
+    """A file with the operator token; the variable FLINCH_TOKEN can hold it instead."""
+    origin: tuple[str, ...] = ()
+    """Public addresses of the page, as of a proxy in front: https://cell.example."""
     open: bool = True
     """Open the page in a browser where there is a desktop."""
     headless: bool = False
@@ -98,15 +105,21 @@ class Run(WhichRobot):
         else:
             if self.json:
                 raise ConfigError("--json belongs to a headless run; add --headless")
-            _serve(setup, params, self.port, self.open)
+            _serve(setup, params, self._entrance(), self.open)
+
+    def _entrance(self) -> Entrance:
+        origins = tuple(map(checked_origin, self.origin))
+        token = operator_token(self.host, origins, self.token_file, os.environ)
+        return Entrance(self.host, self.port, token, origins)
 
 
-def _serve(setup: Setup, params: Params, port: int, open_browser: bool) -> None:
+def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool) -> None:
     """Engine and page until the process is asked to end."""
     from app.ui.page import Page
 
     engine = build_engine(setup, WallClock(), params)
-    page = Page(engine, "127.0.0.1", port)
+    host, port, token, origins = entrance
+    page = Page(engine, host, port, token=token, origins=origins)
     quit_asked = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: quit_asked.set())
@@ -114,6 +127,8 @@ def _serve(setup: Setup, params: Params, port: int, open_browser: bool) -> None:
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)
+        for line in entrance.words():
+            print(line, flush=True)
         if open_browser and _has_desktop():
             webbrowser.open(page.url)
         quit_asked.wait()

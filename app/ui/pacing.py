@@ -1,4 +1,4 @@
-"""Two small rules of time: not more often than, and not right after a person's hand."""
+"""Small rules of time: not more often than, not too many, not right after a person's hand."""
 
 from app.timing import Clock
 
@@ -16,6 +16,25 @@ class Every:
         if self._last is not None and 0.0 <= now - self._last < self._period:
             return False
         self._last = now
+        return True
+
+
+class Bucket:
+    """So many a second in the long run, and so many at once."""
+
+    def __init__(self, rate: float, burst: float) -> None:
+        self._rate, self._burst = rate, burst
+        self._left = burst
+        self._last: float | None = None
+
+    def take(self, now: float) -> bool:
+        """Whether there is one left for this moment; `now` [s]."""
+        if self._last is not None:
+            self._left = min(self._left + self._rate * max(now - self._last, 0.0), self._burst)
+        self._last = now
+        if self._left < 1.0:
+            return False
+        self._left -= 1.0
         return True
 
 
@@ -39,10 +58,13 @@ class HandsOff:
         """The window `holder` begins to drag."""
         self._holders.add(holder)
 
-    def release(self, holder: int | None) -> None:
-        """The window `holder` lets go."""
+    def release(self, holder: int | None) -> bool:
+        """The window `holder` lets go; False if it held nothing."""
+        held = holder in self._holders
         self._holders.discard(holder)
-        self.touch()
+        if held:
+            self.touch()
+        return held
 
     @property
     def free(self) -> bool:

@@ -7,7 +7,9 @@ import viser
 
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
+from app.ui.access import Access
 from app.ui.engine import Engine
+from app.ui.gate import Gate
 from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
@@ -16,6 +18,7 @@ from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump
+from app.ui.roles import Roles
 from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
@@ -42,10 +45,17 @@ class Page:
         port: int = 8080,
         clock: Clock | None = None,
         shapes: Shapes = SHAPES,
+        token: str = "",
+        origins: tuple[str, ...] = (),
     ) -> None:
-        self.server = open_page(host, port, f"Flinch · {engine.robot.title}")
+        """The way in, as `app.ui.entrance` has it: an empty token lets every page operate."""
+        clock = clock or WallClock()
+        self.access = Access(token)
+        self.gate = Gate(self.access, clock)
+        title = f"Flinch · {engine.robot.title}"
+        self.server = open_page(host, port, title, self.gate, origins)
         try:
-            self._build(engine, clock or WallClock(), shapes)
+            self._build(engine, clock, shapes)
         except BaseException:
             self.server.stop()
             raise
@@ -111,13 +121,19 @@ class Page:
         with charts.add_tab("Distance", viser.Icon.CHART_LINE):
             self.plot = PlotPanel(server)
         charts.float(x=12, y=-12, width=370)
+        self.roles = Roles(server, self.gate, self.control.everybody, self._let_go)
 
         views = (
             self.stage, self.robot, self.ghost, self.cloud, self.pair, self.goal, self.world,
             self.control, self.obstacles, self.goals, self.params, self.plot, self.health,
-            self.memory,
+            self.memory, self.roles,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
+
+    def _let_go(self, page: int) -> None:
+        """The page has lost the lease, maybe with the mouse on a handle."""
+        self.goal.hands.release(page)
+        self.world.let_go(page)
 
     def _switches(self) -> list[Switch]:
         views = (

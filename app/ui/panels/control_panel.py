@@ -69,6 +69,7 @@ class ControlPanel:
         run_key = gui.add_command("Run the arm", hotkey="R")
         hold_key = gui.add_command("Hold the arm", hotkey="H")
         stop_key = gui.add_command("Stop the arm", hotkey="S")
+        self.everybody = (stop, stop_key)  # what a page may use that only watches
         for button, key, mode in (
             (run, run_key, Mode.RUNNING),
             (hold, hold_key, Mode.HOLDING),

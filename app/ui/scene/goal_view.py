@@ -35,8 +35,8 @@ class GoalView:
         if event.phase == "start":
             self.hands.grab(event.client_id)
             return
-        if event.phase == "end":
-            self.hands.release(event.client_id)
+        if event.phase == "end" and not self.hands.release(event.client_id):
+            return  # the lease has been lost meanwhile, and the goal may be another's by now
         engine.post(SetGoal(pose(event.target.wxyz, event.target.position)))
 
     def update(self, snapshot: Snapshot) -> None:

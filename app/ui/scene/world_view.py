@@ -90,6 +90,10 @@ class WorldView:
         if np.linalg.norm(moved[:3, 3]) < REACH:
             self._engine.post(MoveObstacle(name, moved))
 
+    def let_go(self, window: int) -> None:
+        """The window drags nothing any more, whatever it says."""
+        self._grabs = {key: grab for key, grab in self._grabs.items() if key[0] != window}
+
     def _add(self, view: BodyView, T_base_body: Array) -> _Body:
         handle = self._server.scene.add_mesh_simple(
             f"/world/{view.name}",

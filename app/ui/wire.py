@@ -1,0 +1,119 @@
+"""What a well-formed message of a page is: anything else is refused before viser sees it.
+
+viser believes what it is sent: a control's update may name any attribute of its handle (also
+the list of its callbacks) and hold any value, and a value of the wrong kind ends in a trace
+of a task. So a message is decoded here first; only kinds that this page uses are known, a
+control is only ever given a value, and that value is one which a hand could have chosen.
+"""
+
+from dataclasses import fields
+from math import isfinite
+from typing import Any, cast
+
+import msgspec
+import viser
+from viser import _messages as m
+
+from app.errors import FlinchError
+
+LONGEST_TEXT = 256  # characters of a typed text
+
+WATCHING: tuple[type[m.Message], ...] = (m.ViewerCameraMessage,)
+OPERATING: tuple[type[m.Message], ...] = (
+    m.GuiUpdateMessage,
+    m.CommandTriggerMessage,
+    m.TransformControlsDragStartMessage,
+    m.TransformControlsUpdateMessage,
+    m.TransformControlsDragEndMessage,
+    m.SceneNodeClickMessage,
+    m.SceneNodeDragMessage,
+)
+# No uploads, no forms, no render replies, no share tunnel: the page has no use for them.
+KNOWN = {kind.__name__: kind for kind in (*WATCHING, *OPERATING)}
+LENGTHS = {
+    "wxyz": 4, "position": 3, "look_at": 3, "up_direction": 3, "start_position": 3,
+    "end_position": 3, "ray_origin": 3, "ray_direction": 3, "screen_pos": 2,
+    "start_screen_pos": 2, "end_screen_pos": 2,
+}  # fmt: skip
+
+
+class MalformedError(FlinchError):
+    """Bytes that no page sends."""
+
+
+class UnusedError(FlinchError):
+    """A message of viser's which this page has no use for."""
+
+
+def decoded(raw: bytes | str) -> m.Message:
+    """The message in `raw`. Raises `MalformedError` or `UnusedError`."""
+    if isinstance(raw, str):
+        raise MalformedError("text instead of bytes")
+    try:
+        table = msgspec.msgpack.decode(raw)
+    except (msgspec.MsgspecError, ValueError, RecursionError) as e:
+        raise MalformedError(f"bytes that cannot be decoded ({e})") from e
+    kind = table.get("type") if isinstance(table, dict) else None
+    if not isinstance(kind, str):
+        raise MalformedError("no message with a type")
+    if kind not in KNOWN:
+        raise UnusedError(f"{kind[:60]!r} is nothing that a page sends here")
+    names = {f.name for f in fields(KNOWN[kind])} | {"type"}  # type: ignore[arg-type]
+    if not set(table) <= names:
+        raise MalformedError(f"a {kind} with fields that it does not have")
+    try:
+        message: Any = m.Message.deserialize(raw)
+    except Exception as e:  # whatever viser stumbles over, it is no message
+        raise MalformedError(f"a {kind} that cannot be read ({e})") from e
+    _check(message)
+    return cast(m.Message, message)
+
+
+def misfit(handle: viser.GuiInputHandle[Any], updates: Any) -> str:
+    """Why a hand at a page cannot have changed the control so; empty if it can."""
+    props: Any = handle._impl.props
+    if not isinstance(updates, dict) or set(updates) != {"value"}:
+        return "it sets more than the value"
+    if props.disabled:
+        return "it is disabled"
+    new, old = updates["value"], handle.value
+    options = getattr(props, "options", None)
+    if options is not None:
+        return "" if new in options else "no such option"
+    if isinstance(old, bool):
+        return "" if isinstance(new, bool) else "not yes or no"
+    if isinstance(old, (int, float)):
+        low, high = getattr(props, "min", None), getattr(props, "max", None)
+        return "" if _number(new) and _within(new, low, high) else "not a number in its range"
+    if isinstance(old, tuple):
+        good = isinstance(new, (list, tuple)) and len(new) == len(old) and all(map(_number, new))
+        return "" if good else "not as many numbers as it has"
+    if isinstance(old, str):
+        good = isinstance(new, str) and len(new) <= LONGEST_TEXT
+        return "" if good else f"not a text of at most {LONGEST_TEXT} characters"
+    return "nothing that can be sent"
+
+
+def _check(message: m.Message) -> None:
+    kind = type(message).__name__
+    for name in ("name", "uuid", "owner", "phase"):
+        if not isinstance(getattr(message, name, ""), str):
+            raise MalformedError(f"a {kind} whose {name} is no text")
+    for name, length in LENGTHS.items():
+        value = getattr(message, name, None)
+        if value is not None and not (isinstance(value, tuple) and len(value) == length):
+            raise MalformedError(f"a {kind} whose {name} is not {length} numbers")
+        if value is not None and not all(map(_number, value)):
+            raise MalformedError(f"a {kind} whose {name} is not finite")
+    wxyz = getattr(message, "wxyz", None)
+    if wxyz is not None and not 0.5 < sum(v * v for v in wxyz) < 2.0:
+        raise MalformedError(f"a {kind} whose wxyz is no rotation")
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and isfinite(value)
+
+
+def _within(value: float, low: float | None, high: float | None) -> bool:
+    hair = 1e-6 * (abs(low or 0.0) + abs(high or 0.0))  # a slider's ends are rounded
+    return (low is None or value >= low - hair) and (high is None or value <= high + hair)
