@@ -6,6 +6,7 @@ RTS and DTR are left as the system holds them: a pulse on them resets many board
 import errno
 import logging
 import os
+import select
 import termios
 import threading
 import time
@@ -22,7 +23,7 @@ from app.timing import Clock
 
 log = logging.getLogger(__name__)
 RETRY = 0.2  # [s] between attempts to open a port that is gone
-PATIENCE = 0.25  # [s] a read waits for the first byte
+PATIENCE_MS = 250  # a read waits so long for bytes
 TRIAL = 1.5  # [s] of bytes without a whole frame before the next speed is tried
 BAUDS = (2_000_000, 115_200, 460_800, 921_600)  # tried in this order where none is given
 MAILBOX = 4096  # frames that may wait to be taken, about nine seconds of a whole skin
@@ -112,12 +113,16 @@ class Port:
             self._open, self._error = False, f"its reader has died: {error!r}"
 
     def _read(self, device: serial.SerialBase) -> None:
+        # pyserial sets the line up; its own reads cost three times the system's
+        line = device.fileno()
+        ready = select.poll()
+        ready.register(line, select.POLLIN)
         tried = self._clock.now()
         while not self._quit.is_set():
-            first = device.read(1)
-            now = self._clock.now()
-            if first:
-                chunk = first + device.read(min(device.in_waiting, CHUNK))
+            if ready.poll(PATIENCE_MS):
+                chunk = os.read(line, CHUNK)
+                if not chunk:
+                    raise OSError(errno.EIO, "hung up")
                 self._heard = now = self._clock.now()
                 for arrival in self._stream.feed(chunk, now):
                     self._dropped += len(self._mailbox) == MAILBOX
@@ -126,7 +131,7 @@ class Port:
             if self._heard > tried + TRIAL and not self._stream.frames:
                 # bytes but no frame: perhaps it speaks at another speed
                 device.baudrate = self._next_baud()
-                self._stream, tried = Stream(self._spec.format), now
+                self._stream, tried = Stream(self._spec.format), self._heard
             self._busy = time.thread_time()
 
     def _wait_for_port(self) -> serial.SerialBase:
@@ -150,9 +155,7 @@ class Port:
     def _connect(self) -> serial.SerialBase:
         baud = self._bauds[self._baud % len(self._bauds)]
         try:
-            device = serial.serial_for_url(
-                self.name, baudrate=baud, timeout=PATIENCE, do_not_open=True
-            )
+            device = serial.serial_for_url(self.name, baudrate=baud, timeout=0, do_not_open=True)
             if isinstance(device, serial.Serial):
                 device.exclusive = True
             device.open()
