@@ -78,6 +78,14 @@ class LearnBackground:
     seconds: float = 3.0
 
 
+@dataclass(frozen=True, slots=True)
+class UseSensor:
+    """Feed a sensor of a mixed skin, by name, from the real skin or from the simulation."""
+
+    sensor: str
+    real: bool
+
+
 Action = (
     SetGoal
     | LearnBackground
@@ -88,4 +96,5 @@ Action = (
     | AddObstacle
     | MoveObstacle
     | RemoveObstacle
+    | UseSensor
 )

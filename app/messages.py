@@ -262,6 +262,9 @@ class Snapshot:
     T_base_link: (L, 4, 4) poses of the body links at `joints.q`.
     pairs, body: the pairs that the controller used; and those of the whole body, always.
     health:      (K,) uint8 of `SensorHealth`.   rate: (K,) frames a second.
+    delay:       (K,) [s] from a frame's measurement to the tick that used it, mean; NaN = none.
+    inputs:      names of what the frames come from and how each is, in words.
+    real:        (K,) bool of a mixed skin, sensors that are not simulated; None of another.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
     notice:      why the last action of a person was refused; empty once one is accepted.
     jump:        [m] how far the acted-on control point moved since the last tick.
@@ -293,3 +296,6 @@ class Snapshot:
     program: str = ""
     memory: Array = field(default_factory=lambda: np.empty((0, 3)))
     ghost: GhostState | None = None
+    delay: Array = field(default_factory=lambda: np.empty(0))
+    inputs: tuple[tuple[str, str], ...] = ()
+    real: NDArray[np.bool_] | None = None

@@ -27,11 +27,12 @@ from app.actions import (
     SetMode,
     SetParams,
     SetPose,
+    UseSensor,
 )
 from app.config import Params, change
 from app.control.programs import Program, ProgramRun, pose_of
 from app.control.supervisor import Supervisor, speed_share
-from app.errors import ConfigError, FlinchError, options
+from app.errors import ConfigError, FlinchError, SensorError, options
 from app.ghost import Ghost
 from app.messages import (
     Array,
@@ -49,6 +50,7 @@ from app.pipeline import Outcome, Pipeline, rehearse
 from app.robot.model import Robot
 from app.robot.posture import rigid
 from app.robot.skin import Skin
+from app.sensing.mixed import MixedSkin
 from app.sensing.source import Source
 from app.timing import Clock, Latest, Stopwatch, Ticker
 from app.world.world import World
@@ -174,7 +176,8 @@ class Engine:
             posture = self.robot.posture(joints.q)
             frames = self._source.poll(now, posture)
             watch.lap("simulate")
-            self._health.update(frames)
+            self._health.connect(self._source.connected)
+            self._health.update(frames, now)
             if not self._began and self._health.heard_since(self._born):
                 self._began = True
                 self._supervisor.ready(now)
@@ -218,9 +221,12 @@ class Engine:
         if ended:
             self._supervisor.fault(ended, now)
         limit = self._params.silence
+        broken = self._source.fault(now, limit, self._source.connected)
+        if broken:
+            self._supervisor.fault(broken, now)
         silent = self._health.silent(now, limit, self._listening)
         connected = int(self._source.connected.sum())
-        if silent >= SILENT_SHARE * connected:
+        if connected and silent >= SILENT_SHARE * connected:
             self._supervisor.fault(
                 f"{silent} of {connected} sensors silent for more than {limit:g} s", now
             )
@@ -264,6 +270,9 @@ class Engine:
             program=self._program.words if self._program else "",
             memory=outcome.memory,
             ghost=self._seen_ghost,
+            delay=freeze(self._health.delays()),
+            inputs=self._source.inputs(now),
+            real=self._source.real if isinstance(self._source, MixedSkin) else None,
         )
 
     # --- actions --------------------------------------------------------------------------
@@ -306,6 +315,13 @@ class Engine:
                 self.world.remove(name)
             case LearnBackground(seconds=seconds):
                 self._pipeline.background.learn(now, seconds)
+            case UseSensor(sensor=sensor, real=real):
+                if not isinstance(self._source, MixedSkin):
+                    raise SensorError(
+                        f"{self._source.name} cannot be switched; start with a mixed skin, "
+                        "--sensors serial:PORT+simulated"
+                    )
+                self._source.use(self.skin.index(sensor), real)
 
     def _run_program(self, name: str, now: float) -> None:
         """Begin a program where the tool is; an empty name rests at the present goal."""
@@ -326,11 +342,12 @@ class Engine:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread; returns when it has ended."""
+        """End the thread and the source; returns when they have ended."""
         self._quit.set()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
+        self._source.close()
 
     def _run(self) -> None:
         try:

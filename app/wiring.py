@@ -18,10 +18,13 @@ from app.robot.skin import Skin, load_skin
 from app.robot.tables import AS_IT_IS, Choice
 from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
+from app.sensing.mixed import MixedSkin
+from app.sensing.open_ports import open_skin
 from app.sensing.replay import Replay, read_recording
+from app.sensing.serial_skin import SerialSkin
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.source import Source
-from app.timing import Clock
+from app.timing import Clock, ManualClock, WallClock
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -33,7 +36,7 @@ class Setup:
     robot: str = "ur10e"
     skin: str = ""  # a layout's name or path; empty: the robot's own
     scene: str = "cell"
-    sensors: str = "simulated"  # or replay:PATH[@SENSOR]
+    sensors: str = "simulated"  # or replay:PATH[@SENSOR], serial:PORT, each with +simulated
     rate: float = 250.0
     seed: int = 0
     program: str = ""  # a waypoint program's name or path, run from the start
@@ -54,23 +57,23 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     """A ready engine, not yet started; raises a FlinchError before anything has begun."""
     robot = build_robot(setup)
     skin = choose_skin(setup, robot)
-    kind, _, rest = setup.sensors.partition(":")
+    real, mixed, _ = setup.sensors.partition("+simulated")
+    kind, _, rest = ("simulated", "", "") if mixed else real.partition(":")
     if kind == "simulated" and not rest:
         scene = load_scene(find_scene(setup.scene), setup.seed)
         world = World(scene.bodies, scene.crops)
         errors = ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
-        source: Source = SimulatedSkin(robot, skin, world, setup.seed, errors)
+        simulated = SimulatedSkin(robot, skin, world, setup.seed, errors)
+        source: Source = simulated
         home, goal, title = scene.home, scene.goal, scene.title
         if setup.choice.home_deg or scene.robot not in ("", robot.name):
             home = None  # a posture of another robot means nothing here; its own does
-    elif kind == "replay" and rest:
-        # recorded sensors see a recorded world; drawing a simulated one would mislead
-        world, source = World(()), _replay(rest, skin)
-        home, goal, title = None, None, "recorded world"
+        if mixed:
+            source = MixedSkin(_real_source(real, skin, clock), simulated)
     else:
-        raise SensorError(
-            f"sensors = {setup.sensors!r}; give 'simulated' or 'replay:PATH[@SENSOR]'"
-        )
+        # real sensors see a real world; drawing a simulated one would mislead
+        world, source = World(()), _real_source(real, skin, clock)
+        home, goal, title = None, None, f"{'recorded' if kind == 'replay' else 'real'} world"
     if home is not None and len(home) != robot.n:
         raise ConfigError(
             f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has {robot.n} "
@@ -83,7 +86,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     arm = SimulatedArm(robot, home)
     ghost = None
     if setup.ghost:
-        if kind != "simulated":
+        if setup.sensors != "simulated":
             raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
         q = robot.home if home is None else home
         ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
@@ -140,6 +143,23 @@ def _of_another(given: str) -> tuple[Path, ...]:
     robot, _, layout = given.partition("/")
     folder = asset_folder("robots") / robot / "skin"
     return (folder / f"{layout}.toml",) if layout and folder.is_dir() else ()
+
+
+def clock_for(setup: Setup) -> Clock:
+    """Time for a run without a page: as fast as it goes, but real ports speak in real time."""
+    return WallClock() if setup.sensors.startswith("serial:") else ManualClock()
+
+
+def _real_source(sensors: str, skin: Skin, clock: Clock) -> Replay | SerialSkin:
+    kind, _, rest = sensors.partition(":")
+    if kind == "replay" and rest:
+        return _replay(rest, skin)
+    if kind == "serial" and rest:
+        return open_skin(rest, skin, clock)
+    raise SensorError(
+        f"sensors = {sensors!r}; give 'simulated', 'replay:PATH[@SENSOR]' or 'serial:PORT', "
+        "the last two also with '+simulated'"
+    )
 
 
 def _replay(what: str, skin: Skin) -> Replay:

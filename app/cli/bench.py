@@ -12,9 +12,10 @@ from app.wiring import Setup
 @dataclass(frozen=True)
 class Bench:
     """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`;
-    `control` the step from pairs to velocity, beside other software where it is installed."""
+    `control` the step from pairs to velocity, beside other software where it is installed;
+    `serial` a whole skin over a virtual port: losses, latency, the reader's load."""
 
-    what: tyro.conf.Positional[Literal["tick", "perception", "peers", "control"]]
+    what: tyro.conf.Positional[Literal["tick", "perception", "peers", "control", "serial"]]
     robot: str = "ur10e"
     """A robot's name, or the path of its folder."""
     scene: str = "cell"
@@ -40,6 +41,11 @@ class Bench:
 
             setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
             report = bench_tick(setup, self.seconds)
+        elif self.what == "serial":
+            from app.studies.bench_serial import bench_serial
+
+            setup = Setup(robot=self.robot, rate=self.rate, seed=self.seed)
+            report = bench_serial(setup, self.seconds)
         elif self.what == "perception":
             from app.studies.bench_perception import bench_perception
 

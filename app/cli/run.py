@@ -44,7 +44,11 @@ class Run(WhichRobot):
     scene: str = "cell"
     """A scene's name, or the path of its TOML file."""
     sensors: str = "simulated"
-    """'simulated' or 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor)."""
+    """'simulated'; 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor); or
+    'serial:PORT[@BAUD][#FORMAT][=SENSORS]', several ports separated by commas, 'serial:auto' to
+    look for them (formats binary, f, table, lines, the last two also with -plain where columns
+    are printed from the left; SENSORS is a sensor's or a ring's name, needed where the format
+    names none). '+simulated' after the last two simulates the sensors that are left."""
     program: str = ""
     """A waypoint program to follow: a name, or the path of its TOML file."""
     ghost: str = ""

@@ -1,10 +1,15 @@
 """`flinch skin` and `flinch calibrate-filter`: is the skin as its layout says?"""
 
+import signal
+import threading
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import tyro
+
+from app.timing import WallClock
+from app.wiring import Setup
 
 
 @dataclass(frozen=True)
@@ -32,10 +37,9 @@ class CalibrateFilter:
 
 
 @dataclass(frozen=True)
-class SkinCommand:
+class SkinCheck:
     """Check a sensor against the layout: convention of its ranges, order of its zones."""
 
-    what: tyro.conf.Positional[Literal["check"]]
     show: Literal["wall", "hand"] = "wall"
     """A flat wall, or a hand that goes from left to right and then from top to bottom."""
     sensors: str = "simulated"
@@ -52,3 +56,63 @@ class SkinCommand:
 
         report = skin_check(self.robot, self.show, self.sensors, self.seed)
         print(report.to_json() if self.json else report.to_text())
+
+
+@dataclass(frozen=True)
+class SkinEmulate:
+    """Speak as a skin does, over a virtual serial port: `flinch run --sensors serial:LINK`."""
+
+    link: Path
+    """Name of the port: a symbolic link that is made, and taken away at the end."""
+    format: Literal["binary", "f", "table", "table-plain", "lines", "lines-plain"] = "binary"
+    """What to speak; table and lines have room for one sensor. -plain: columns from the left."""
+    replay: str = ""
+    """Path of recorded 8x8 frames to send from every sensor; default: what the scene shows."""
+    faults: str = ""
+    """What goes wrong, e.g. 'bits=1e-4,drift=100': bits=SHARE, truncate=SHARE, reorder=SHARE,
+    silence=FROM[:FOR] [s], drift=PPM, wrap=AFTER [s], frozen=SENSORS, columns=SENSORS,
+    ids=SENSOR:SENSOR."""
+    only: str = ""
+    """The sensor or the ring that this port carries; default: the whole skin."""
+    seconds: float = 0.0
+    """How long [s]; 0: until Ctrl-C."""
+    robot: str = "ur10e"
+    """A robot's name, or the path of its folder."""
+    skin: str = ""
+    """A sensor layout's name or path; default: the robot's own."""
+    scene: str = "cell"
+    """A scene's name, or the path of its TOML file: the arm stands in it at home."""
+    seed: int = 0
+    """Seed of the noise and of the faults."""
+
+    def __call__(self) -> None:
+        from app.studies.emulate import Emulation, emulate
+
+        what = Emulation(
+            self.link, self.format, self.replay, self.faults, self.only, self.seconds
+        )  # fmt: skip
+        setup = Setup(self.robot, self.skin, self.scene, seed=self.seed)
+        quit_asked = threading.Event()
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: quit_asked.set())
+        said, lost = emulate(
+            what,
+            setup,
+            WallClock(),
+            lambda words: print(f"{words}  (Ctrl-C ends it)", flush=True),
+            quit_asked.is_set,
+        )
+        print(f"{said} frames, {lost} of them taken by nobody in time")
+
+
+@dataclass(frozen=True)
+class SkinCommand:
+    """Check a skin against its layout, or emulate one on a virtual serial port."""
+
+    what: tyro.conf.OmitArgPrefixes[
+        Annotated[SkinCheck, tyro.conf.subcommand("check", prefix_name=False)]
+        | Annotated[SkinEmulate, tyro.conf.subcommand("emulate", prefix_name=False)]
+    ]
+
+    def __call__(self) -> None:
+        self.what()

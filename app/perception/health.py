@@ -28,11 +28,19 @@ class SkinHealth:
         self._covered = np.zeros(K)
         self._same = np.zeros(K, dtype=np.int64)
         self._distance = np.full((K, SLOTS), np.nan)
+        self._delay = np.full(K, np.nan)
 
-    def update(self, frames: Sequence[SensorFrame]) -> None:
-        """Take note of frames that have arrived."""
+    def connect(self, connected: NDArray[np.bool_]) -> None:
+        """The source speaks for these sensors (K,) from now on."""
+        self._connected = connected
+
+    def update(self, frames: Sequence[SensorFrame], now: float) -> None:
+        """Take note of frames that have arrived by `now` [s]."""
         for f in frames:
             k = f.sensor
+            late = now - f.stamp
+            old = self._delay[k]
+            self._delay[k] = late if np.isnan(old) else old + FORGET * (late - old)
             gap = f.stamp - self._last[k]
             if np.isfinite(gap) and gap > 0.0:
                 old = self._period[k]
@@ -64,6 +72,10 @@ class SkinHealth:
     def rates(self) -> Array:
         """(K,) [frames/s], 0 before the second frame."""
         return np.nan_to_num(1.0 / self._period, nan=0.0)
+
+    def delays(self) -> Array:
+        """(K,) [s] from measurement to the tick that used it, on average; NaN before a frame."""
+        return self._delay.copy()
 
     def silent(self, now: float, limit: float, since: float) -> int:
         """Connected sensors without a frame for more than `limit` [s], counted from `since`."""

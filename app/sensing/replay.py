@@ -15,6 +15,7 @@ from app.errors import SensorError
 from app.messages import SLOTS, Array, SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Skin
+from app.sensing.source import Unfailing
 
 BLOCK = SLOTS + 1
 
@@ -79,7 +80,7 @@ def read_recording(path: Path) -> Recording:
     )
 
 
-class Replay:
+class Replay(Unfailing):
     """Plays a recording once on sensor `k` of a skin, from the first poll on."""
 
     def __init__(self, recording: Recording, skin: Skin, k: int) -> None:

@@ -25,6 +25,7 @@ from app.sensing.error_model import (
     ErrorModel,
     Reading,
 )
+from app.sensing.source import Unfailing
 from app.world.world import World
 
 RATE = 15.0  # [Hz] the fastest for 8x8 (UM3109)
@@ -34,7 +35,7 @@ CONE = np.arctan(np.sqrt(2.0) * np.tan(FIELD_OF_VIEW / 2.0))  # half angle that 
 SUB = 9  # sub-rays a zone
 
 
-class SimulatedSkin:
+class SimulatedSkin(Unfailing):
     """Frames of every sensor of `skin` on `robot` in `world`, seeded."""
 
     def __init__(

@@ -10,8 +10,7 @@ from app.messages import Mode, Snapshot
 from app.runtime import Engine
 from app.studies.report import Check, Report
 from app.studies.truth import TrueDistance
-from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import Setup, build_engine, clock_for
 
 JUDGED_EVERY = 0.02  # [s] true distances are exact and cost a millisecond
 
@@ -20,6 +19,7 @@ JUDGED_EVERY = 0.02  # [s] true distances are exact and cost a millisecond
 class Record:
     """What was seen along a run; distances in metres, over time in `stamp` [s]."""
 
+    began: float = 0.0  # [s]
     stamp: list[float] = field(default_factory=list)
     true_distance: list[float] = field(default_factory=list)
     seen_distance: list[float] = field(default_factory=list)
@@ -55,7 +55,7 @@ class Judge:
         outside = np.maximum(s.joints.q - robot.q_max, robot.q_min - s.joints.q)
         r.overreach = max(r.overreach, float(outside.max()))
         if s.status.mode is Mode.STOPPED and self._mode is not Mode.STOPPED:
-            r.stops.append({"at": s.stamp, "reason": s.status.reason})
+            r.stops.append({"at": s.stamp - r.began, "reason": s.status.reason})
         self._mode = s.status.mode
         if s.stamp >= self._next:
             self._next = s.stamp + JUDGED_EVERY
@@ -68,13 +68,19 @@ class Judge:
 
 def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Record, Snapshot]:
     """Run for `seconds` of simulated time, or until the recording has ended."""
-    engine = build_engine(setup, ManualClock(), params)
+    clock = clock_for(setup)
+    engine = build_engine(setup, clock, params)
     judge = Judge(engine)
-    while True:
-        snapshot = engine.step()
-        judge.see(snapshot)
-        if snapshot.stamp >= seconds or engine.ended():
-            return judge.record, snapshot
+    judge.record.began = clock.now()
+    end = judge.record.began + seconds
+    try:
+        while True:
+            snapshot = engine.step()
+            judge.see(snapshot)
+            if snapshot.stamp >= end or engine.ended():
+                return judge.record, snapshot
+    finally:
+        engine.stop()
 
 
 def summary(setup: Setup, seconds: float, params: Params | None = None) -> Report:
@@ -86,7 +92,7 @@ def summary(setup: Setup, seconds: float, params: Params | None = None) -> Repor
         "scene": setup.scene,
         "sensors": setup.sensors,
         "mode": last.params.mode,
-        "seconds": last.stamp,
+        "seconds": last.stamp - record.began,
         "ticks": last.tick + 1,
         "min_true_distance_m": min(record.true_distance),
         "min_perceived_distance_m": min(record.seen_distance),

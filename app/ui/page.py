@@ -16,6 +16,7 @@ from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
+from app.ui.panels.sensors_panel import SensorsPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump
 from app.ui.roles import Roles
@@ -114,6 +115,7 @@ class Page:
         with tabs.add_tab("Settings"):
             self.params = ParamsPanel(server, engine, clock)
         with tabs.add_tab("Health"):
+            self.sensors = SensorsPanel(server, engine)
             self.health = HealthPanel(server, engine, traffic)
         with tabs.add_tab("Help"):
             gui.add_markdown((asset_folder("static_assets") / "help.md").read_text("utf-8"))
@@ -126,7 +128,7 @@ class Page:
         views = (
             self.stage, self.robot, self.ghost, self.cloud, self.pair, self.goal, self.world,
             self.control, self.obstacles, self.goals, self.params, self.plot, self.health,
-            self.memory, self.roles,
+            self.memory, self.roles, self.sensors,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
 

@@ -73,6 +73,8 @@ class HealthPanel:
             ("health", states),
             ("frames a second", f"{snapshot.rate.sum():.0f}"),
             ("age, newest / oldest", age),
+            ("measured to used, median / worst", latency(snapshot)),
+            *((escape(name), escape(words)) for name, words in snapshot.inputs),
         ]
 
     def _page(self) -> Rows:
@@ -80,6 +82,14 @@ class HealthPanel:
             ("messages a frame", str(self._traffic.messages)),
             ("bytes a frame", f"{self._traffic.bytes / 1000.0:.1f} kB"),
         ]
+
+
+def latency(snapshot: Snapshot) -> str:
+    """From a frame's measurement to the tick that used it, over the sensors that speak."""
+    delay = snapshot.delay[np.isfinite(snapshot.delay)]
+    if not len(delay):
+        return "-"
+    return f"{1000.0 * np.median(delay):.0f} / {1000.0 * delay.max():.0f} ms"
 
 
 def points(snapshot: Snapshot) -> Rows:

@@ -1,0 +1,181 @@
+"""One reader thread a port. It opens, reads, and after an unplugging waits for the port again.
+
+RTS and DTR are left as the system holds them: a pulse on them resets many boards.
+"""
+
+import errno
+import logging
+import os
+import select
+import termios
+import threading
+import time
+from collections import deque
+from dataclasses import dataclass
+
+import serial
+
+from app.errors import SensorError
+from app.sensing.port_spec import PortSpec
+from app.sensing.stream import Arrival, Stream
+from app.sensing.wire.detect import FORMATS
+from app.timing import Clock
+
+log = logging.getLogger(__name__)
+RETRY = 0.2  # [s] between attempts to open a port that is gone
+PATIENCE_MS = 250  # a read waits so long for bytes
+TRIAL = 1.5  # [s] of bytes without a whole frame before the next speed is tried
+BAUDS = (2_000_000, 115_200, 460_800, 921_600)  # tried in this order where none is given
+MAILBOX = 4096  # frames that may wait to be taken, about nine seconds of a whole skin
+CHUNK = 1 << 16  # [bytes] at most at once
+
+
+@dataclass(frozen=True, slots=True)
+class PortFacts:
+    """What is known of a port at one moment.
+
+    open:   it can be read.   heard: when the last bytes came [s], -inf before any.
+    spoke:  when the last whole frame came [s], likewise.
+    frames, damaged, lost: counted since it was opened.   dropped: never taken out.
+    drift:  of the board's clock.   error: why it is not open, or why its reader has died.
+    busy:   processor time of the reader [s].
+    """
+
+    open: bool
+    format: str
+    heard: float
+    spoke: float
+    frames: int
+    damaged: int
+    lost: int
+    dropped: int
+    drift: float
+    error: str
+    busy: float = 0.0
+
+
+class Port:
+    """Reads a port until `close`; raises `SensorError` where it cannot be opened at first."""
+
+    def __init__(self, spec: PortSpec, clock: Clock) -> None:
+        self.name = spec.port
+        self._spec, self._clock = spec, clock
+        self._mailbox: deque[Arrival] = deque(maxlen=MAILBOX)
+        self._bauds = (spec.baud,) if spec.baud else _likely(spec.format)
+        self._baud = 0
+        self._stream = Stream(spec.format)
+        self._open = True
+        self._error = ""
+        self._heard = self._spoke = float("-inf")
+        self._dropped = 0
+        self._busy = 0.0
+        self._quit = threading.Event()
+        device = self._connect()
+        self._thread = threading.Thread(
+            target=self._run, args=(device,), name=f"flinch-port {self.name}", daemon=True
+        )
+        self._thread.start()
+
+    def take(self) -> list[Arrival]:
+        """Frames that have come since the last call, in their order."""
+        taken = []
+        while self._mailbox:
+            taken.append(self._mailbox.popleft())
+        return taken
+
+    def facts(self) -> PortFacts:
+        """How it stands now."""
+        s = self._stream
+        return PortFacts(
+            self._open, s.format, self._heard, self._spoke, s.frames, s.damaged, s.lost,
+            self._dropped, s.drift, self._error, self._busy,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """End the reader and give the port back."""
+        self._quit.set()
+        self._thread.join()
+
+    def _run(self, device: serial.SerialBase) -> None:
+        try:
+            while not self._quit.is_set():
+                try:
+                    with device:
+                        self._read(device)
+                except (OSError, termios.error) as gone:  # pyserial's errors are OSErrors
+                    self._open, self._error = False, "unplugged or switched off"
+                    log.warning("port %s is lost: %s", self.name, _reason(gone))
+                if not self._quit.is_set():
+                    device = self._wait_for_port()
+        except Exception as error:
+            # a thread that dies is a stop reason, not a log line
+            log.exception("the reader of port %s has died", self.name)
+            self._open, self._error = False, f"its reader has died: {error!r}"
+
+    def _read(self, device: serial.SerialBase) -> None:
+        # pyserial sets the line up; its own reads cost three times the system's
+        line = device.fileno()
+        ready = select.poll()
+        ready.register(line, select.POLLIN)
+        tried = self._clock.now()
+        while not self._quit.is_set():
+            if ready.poll(PATIENCE_MS):
+                chunk = os.read(line, CHUNK)
+                if not chunk:
+                    raise OSError(errno.EIO, "hung up")
+                self._heard = now = self._clock.now()
+                for arrival in self._stream.feed(chunk, now):
+                    self._dropped += len(self._mailbox) == MAILBOX
+                    self._mailbox.append(arrival)
+                    self._spoke = tried = now
+            if self._heard > tried + TRIAL and not self._stream.frames:
+                # bytes but no frame: perhaps it speaks at another speed
+                device.baudrate = self._next_baud()
+                self._stream, tried = Stream(self._spec.format), self._heard
+            self._busy = time.thread_time()
+
+    def _wait_for_port(self) -> serial.SerialBase:
+        """The port once it is there again; another board may hang on it now."""
+        while not self._quit.wait(RETRY):
+            try:
+                device = self._connect()
+            except SensorError as still:
+                log.debug("%s", still)
+                continue
+            self._stream = Stream(self._spec.format)
+            self._open, self._error = True, ""
+            log.warning("port %s is back", self.name)
+            return device
+        return serial.serial_for_url(self.name, do_not_open=True)
+
+    def _next_baud(self) -> int:
+        self._baud += 1
+        return self._bauds[self._baud % len(self._bauds)]
+
+    def _connect(self) -> serial.SerialBase:
+        baud = self._bauds[self._baud % len(self._bauds)]
+        try:
+            device = serial.serial_for_url(self.name, baudrate=baud, timeout=0, do_not_open=True)
+            if isinstance(device, serial.Serial):
+                device.exclusive = True
+            device.open()
+        except (OSError, ValueError, termios.error) as e:
+            raise SensorError(
+                f"serial port {self.name} cannot be opened ({_reason(e)}); plug it in, close "
+                "the other program that uses it, or give another port"
+            ) from e
+        return device
+
+
+def _likely(format_name: str) -> tuple[int, ...]:
+    """Speeds to try, the format's usual one first."""
+    usual = FORMATS[format_name].baud if format_name else BAUDS[0]
+    return (usual, *(b for b in BAUDS if b != usual))
+
+
+def _reason(error: Exception) -> str:
+    """The kernel's words for it, on one line."""
+    number = getattr(error, "errno", None)
+    if number in (errno.EAGAIN, errno.EBUSY):
+        return "another program uses it"
+    return os.strerror(number) if number else " ".join(str(error).split()).rstrip(".")

@@ -1,0 +1,76 @@
+"""`serial:` and what may follow it: ports, their speed, their format, their sensors.
+
+    PORT[@BAUD][#FORMAT][=SENSORS]       several of them separated by commas
+
+PORT is a device, or `auto` for every USB port that speaks a known format.
+SENSORS is a sensor's name, or a ring's for all of its sensors. A port whose format names no
+sensor needs one; for one whose format does, it is a promise that is held against its frames.
+"""
+
+import re
+from dataclasses import dataclass
+
+from app.errors import SensorError, options
+from app.robot.skin import Skin
+from app.sensing.wire.detect import format_of
+
+SYNTAX = "PORT[@BAUD][#FORMAT][=SENSORS]"
+SPEC = re.compile(r"(?P<port>[^=]+?)(?:@(?P<baud>\d+))?(?:#(?P<format>[\w-]*))?(?:=(?P<names>.*))?")
+SLOWEST, FASTEST = 9600, 12_000_000  # [baud]
+
+
+@dataclass(frozen=True, slots=True)
+class PortSpec:
+    """One port: baud 0 and an empty format are found out; no sensors: as the frames say."""
+
+    port: str
+    baud: int = 0
+    format: str = ""
+    sensors: tuple[int, ...] = ()
+
+
+def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
+    """Ports of the part after `serial:`; a `SensorError` names the entry and the remedy."""
+    specs = tuple(_one(entry.strip(), skin) for entry in text.split(","))
+    names = [s.port for s in specs]
+    for s in specs:
+        if names.count(s.port) > 1:
+            raise SensorError(f"serial port {s.port} is given twice; give every port once")
+    for a in range(len(specs)):
+        for b in range(a + 1, len(specs)):
+            both = set(specs[a].sensors) & set(specs[b].sensors)
+            if both:
+                raise SensorError(
+                    f"serial ports {names[a]} and {names[b]} both claim "
+                    f"{skin.sensors[min(both)].name}; give every sensor one port"
+                )
+    return specs
+
+
+def _one(entry: str, skin: Skin) -> PortSpec:
+    match = SPEC.fullmatch(entry)
+    if not match:
+        raise SensorError(f"serial port {entry!r} is not understood; give {SYNTAX}")
+    baud = int(match["baud"] or 0)
+    if match["baud"] and not SLOWEST <= baud <= FASTEST:
+        raise SensorError(
+            f"serial port {entry!r}: {baud} baud; give {SLOWEST} to {FASTEST}, or leave it out"
+        )
+    if match["format"] is not None:
+        format_of(match["format"])
+    sensors = () if match["names"] is None else named_sensors(match["names"], skin)
+    return PortSpec(match["port"], baud, match["format"] or "", sensors)
+
+
+def named_sensors(name: str, skin: Skin) -> tuple[int, ...]:
+    """Indices of a sensor's name, or of all sensors of a ring's."""
+    names = [s.name for s in skin.sensors]
+    if name in names:
+        return (names.index(name),)
+    ring = tuple(i for i, n in enumerate(names) if re.fullmatch(re.escape(name) + r"-\d+", n))
+    if not ring:
+        known = names + sorted({n.rsplit("-", 1)[0] for n in names})
+        raise SensorError(
+            f"skin {skin.title!r} has no sensor or ring {name!r}; {options(name, known)}"
+        )
+    return ring

@@ -1,0 +1,72 @@
+"""What one port says: bytes into stamped frames, and figures of how well it goes. No device."""
+
+from dataclasses import dataclass
+
+from app.sensing.device_clock import DeviceClock
+from app.sensing.wire.detect import Detector
+from app.sensing.wire.raw import RawFrame
+
+TURN = 1 << 16  # sequences count modulo this
+BEHIND = 0x8000  # a step this large is a step back
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Arrival:
+    """A frame, when it was measured, and when its last byte came [s, host's clock]."""
+
+    frame: RawFrame
+    stamp: float
+    arrived: float
+
+
+class Stream:
+    """One board's stream from its first byte on; another board needs another one.
+
+    frames, lost: whole frames, and those that a gap in a sensor's sequence tells of.
+    """
+
+    def __init__(self, format_name: str = "") -> None:
+        self.frames = self.lost = 0
+        self._detector = Detector(format_name)
+        self._clock = DeviceClock()
+        self._sequence: dict[int, int] = {}
+        self._restarts = 0
+
+    @property
+    def format(self) -> str:
+        """The format that speaks, empty until it is known."""
+        return self._detector.name
+
+    @property
+    def damaged(self) -> int:
+        """How often something came that was no whole frame."""
+        return self._detector.refused.total()
+
+    @property
+    def drift(self) -> float:
+        """How much slower the board's clock runs than the host's."""
+        return self._clock.drift
+
+    def feed(self, chunk: bytes, now: float) -> list[Arrival]:
+        """Frames complete with `chunk`, which has come at `now` [s]."""
+        arrivals = []
+        for frame in self._detector.feed(chunk):
+            stamp = now if frame.t_us is None else self._clock.stamp(frame.t_us, now)
+            if self._clock.restarts > self._restarts:
+                self._restarts = self._clock.restarts
+                self._sequence.clear()
+            self._count(frame)
+            arrivals.append(Arrival(frame, stamp, now))
+        return arrivals
+
+    def _count(self, frame: RawFrame) -> None:
+        self.frames += 1
+        if frame.sensor is None or frame.sequence is None:
+            return
+        last = self._sequence.get(frame.sensor)
+        step = 1 if last is None else (frame.sequence - last) % TURN
+        if 0 < step < BEHIND:
+            self.lost += step - 1
+            self._sequence[frame.sensor] = frame.sequence
+        elif step and self.lost:
+            self.lost -= 1  # it was not lost, it came late

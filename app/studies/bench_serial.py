@@ -1,0 +1,189 @@
+"""A whole skin over a real pseudo terminal: is anything lost, and how long is it under way?
+
+Another process speaks 30 sensors x 15 Hz in the binary format. Every zone's distance follows
+from the sensor and the sequence, so that a frame that is wrong or given to another sensor shows;
+its clock is this machine's, so that the time from the last byte's writing to the cloud is
+measured and not estimated.
+"""
+
+import multiprocessing
+from collections.abc import Sequence
+from multiprocessing.connection import Connection
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.actions import SetMode
+from app.errors import SensorError
+from app.messages import SLOTS, Mode, SensorFrame
+from app.pipeline import rehearse
+from app.robot.arm import SimulatedArm
+from app.robot.posture import Posture
+from app.runtime import Engine
+from app.sensing.port import Port, PortFacts
+from app.sensing.port_spec import PortSpec
+from app.sensing.pty_port import PtyPort
+from app.sensing.serial_skin import SerialSkin
+from app.sensing.simulated import RATE
+from app.sensing.stream import Arrival
+from app.sensing.wire import binary
+from app.sensing.wire.raw import VALID, RawFrame
+from app.studies.report import Check, Report
+from app.timing import WallClock
+from app.wiring import Setup, build_robot, choose_skin
+from app.world.world import World
+
+READER_LIMIT = 0.05  # of a core
+LATENCY_LIMIT = 5.0  # [ms] 99 of 100 frames, from the wire to the cloud
+SETTLE = 1.0  # [s] after the start that is not timed: caches fill, the clock is found
+START = 60.0  # [s] for the other process to come up
+DRAIN = 0.3  # [s] after the last frame was said
+WRAP = 1 << 32  # [us]
+STATUS = np.full(SLOTS, VALID, dtype=np.uint8)
+
+
+def bench_serial(setup: Setup, seconds: float) -> Report:
+    """Run the engine on the skin for `seconds` and count."""
+    robot = build_robot(setup)
+    skin = choose_skin(setup, robot)
+    clock = WallClock()
+    ours, theirs = multiprocessing.Pipe()
+    with TemporaryDirectory() as folder:
+        link = Path(folder) / "skin"
+        board = multiprocessing.get_context("spawn").Process(
+            target=speak, args=(link, skin.count, seconds, theirs), daemon=True
+        )
+        board.start()
+        if not ours.poll(START):
+            raise SensorError("the board's process does not start; try again on a quieter machine")
+        ours.recv()
+        spec = PortSpec(str(link))
+        port = AuditedPort(spec, clock)
+        source = AuditedSkin(skin, [port], [spec])
+        engine = Engine(
+            robot, skin, SimulatedArm(robot), source, World(()), clock, rate=setup.rate
+        )  # fmt: skip
+        rehearse(robot, skin, (), engine.params)
+        engine.post(SetMode(Mode.RUNNING))
+        times = Times()
+        begin, busy = clock.now(), port.facts().busy
+        ours.send("go")
+        end = begin + seconds + DRAIN
+        while clock.now() < end:
+            times.tick(engine, port)
+        elapsed, facts = clock.now() - begin, port.facts()
+        if not ours.poll(START):
+            raise SensorError("the board's process has not said all; try again")
+        said, drowned = ours.recv()
+        engine.stop()
+        ours.send("bye")
+        board.join()
+    share = (facts.busy - busy) / elapsed
+    return _report(setup, said, drowned, source, facts, share, times.rows)
+
+
+class AuditedPort(Port):
+    """A port that keeps what was taken from it, to be timed."""
+
+    fresh: list[Arrival]
+
+    def take(self) -> list[Arrival]:
+        """As the port's."""
+        self.fresh = super().take()
+        return self.fresh
+
+
+class AuditedSkin(SerialSkin):
+    """A skin whose frames are compared with what was said: wrong ones are counted."""
+
+    taken = wrong = 0
+
+    def poll(self, now: float, posture: Posture) -> list[SensorFrame]:
+        """As the skin's."""
+        frames = super().poll(now, posture)
+        for f in frames:
+            said = pattern(f.sensor, f.sequence)
+            self.wrong += not np.array_equal(np.round(f.distance * 1e3), said)
+        self.taken += len(frames)
+        return frames
+
+
+class Times:
+    """When frames were said, arrived and were in the cloud [s], and what they were stamped."""
+
+    def __init__(self) -> None:
+        self.rows: list[tuple[float, float, float, float]] = []
+
+    def tick(self, engine: Engine, port: AuditedPort) -> None:
+        """One tick of the engine, whose frames are timed."""
+        rooms = (snapshot := engine.step()).timing.rooms
+        cloud = snapshot.stamp + rooms["simulate"] + rooms["kinematics"] + rooms["filter"]
+        for a in port.fresh:
+            late = (round(a.arrived * 1e6) - (a.frame.t_us or 0)) % WRAP * 1e-6
+            self.rows.append((a.arrived - late, a.stamp, a.arrived, cloud))
+
+
+def speak(link: Path, count: int, seconds: float, pipe: Connection) -> None:
+    """The board: says every sensor's frames in turn, stamped with this machine's clock."""
+    clock = WallClock()
+    with PtyPort(link) as port:
+        pipe.send("here")
+        pipe.recv()
+        begin = clock.now()
+        said = 0
+        while said < seconds * RATE * count:
+            due = begin + said / (RATE * count)
+            clock.sleep_until(due)
+            k, n = said % count, (said // count) % (1 << 16)
+            t_us = round(clock.now() * 1e6) % WRAP
+            port.write(binary.encode(RawFrame(k, n, t_us, 8, pattern(k, n), STATUS)))
+            said += 1
+        pipe.send((said, port.lost))
+        pipe.recv()
+
+
+def pattern(sensor: int, sequence: int) -> NDArray[np.int16]:
+    """Distances (64,) [mm] that only this frame of this sensor has."""
+    zone = np.arange(SLOTS)
+    return (600 + (37 * sensor + 101 * sequence + 13 * zone) % 1009).astype(np.int16)
+
+
+def _report(
+    setup: Setup,
+    said: int,
+    drowned: int,
+    source: AuditedSkin,
+    facts: PortFacts,
+    share: float,
+    rows: Sequence[tuple[float, float, float, float]],
+) -> Report:
+    at = np.array(rows)
+    at = at[at[:, 0] > at[0, 0] + SETTLE]
+    sent, stamp, arrived, cloud = at.T
+    counts = {
+        "said": said, "taken": source.taken, "wrong": source.wrong, "damaged": facts.damaged,
+        "drowned": drowned, "seconds": float(at[-1, 0] - at[0, 0]) + SETTLE,
+    }  # fmt: skip
+    table: list[dict[str, Any]] = [
+        {"name": "frames"} | counts,
+        _row("wire to host", arrived - sent),
+        _row("wire to cloud", cloud - sent),
+        _row("error of the stamp", stamp - sent),
+        {"name": "reader", "share of a core": share, "drift_ppm": 1e6 * facts.drift},
+    ]
+    p99 = 1e3 * float(np.percentile(cloud - sent, 99))
+    checks = [
+        Check("frames lost", float(said - source.taken), "", 0.0),
+        Check("frames wrong or misassigned", float(source.wrong), "", 0.0),
+        Check("reader, share of a core", share, "", READER_LIMIT),
+        Check("wire to cloud, p99", p99, "ms", LATENCY_LIMIT),
+    ]
+    return Report("bench serial", setup.seed, table, checks)
+
+
+def _row(name: str, seconds: NDArray[np.float64]) -> dict[str, Any]:
+    p50, p95, p99, most = 1e3 * np.percentile(seconds, [50, 95, 99, 100])
+    return {"name": name, "p50_ms": p50, "p95_ms": p95, "p99_ms": p99, "max_ms": most}
