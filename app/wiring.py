@@ -10,12 +10,13 @@ from app.config import ControlMode, Params
 from app.control.programs import find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
+from app.messages import Array
 from app.robot.arm import SimulatedArm
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.skin import Skin, load_skin
 from app.robot.tables import AS_IT_IS, Choice
-from app.runtime import Engine
+from app.runtime import Arm, Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import Replay, read_recording
 from app.sensing.simulated import SimulatedSkin
@@ -23,6 +24,8 @@ from app.sensing.source import Source
 from app.timing import Clock
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
+
+SIMULATED = "simulated"
 
 
 @dataclass(frozen=True)
@@ -42,6 +45,8 @@ class Setup:
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
     stray: float = 0.0  # share of zones and frames with a return from nothing
+    driver: str = SIMULATED  # or ur:HOST
+    armed: bool = False  # may a real arm be moved? only watched otherwise
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
@@ -78,21 +83,46 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     if setup.program:
         own = load_program(find_program(setup.program))
         programs[own.name] = own
-    arm = SimulatedArm(robot, home)
-    ghost = None
-    if setup.ghost:
-        if kind != "simulated":
-            raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
-        q = robot.home if home is None else home
-        ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
-    engine = Engine(
-        robot, skin, arm, source, world, clock,
-        params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
-        background=setup.background, ghost=ghost,
-    )  # fmt: skip
+    if setup.ghost and kind != "simulated":
+        raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
+    arm = _arm(setup, robot, home)
+    if setup.driver != SIMULATED:
+        goal = None  # a real arm stays where it is until a person says where to go
+    try:
+        ghost = None
+        if setup.ghost:
+            q = arm.state(clock.now()).q
+            ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
+        engine = Engine(
+            robot, skin, arm, source, world, clock,
+            params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
+            background=setup.background, ghost=ghost,
+        )  # fmt: skip
+    except BaseException:
+        arm.close()
+        raise
     if setup.program:
         engine.post(RunProgram(own.name))
     return engine
+
+
+def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
+    kind, _, host = setup.driver.partition(":")
+    if setup.driver == SIMULATED:
+        if setup.armed:
+            raise ConfigError("--arm belongs to a real arm; add --driver ur:HOST")
+        return SimulatedArm(robot, home)
+    if kind != "ur" or not host or ":" in host:
+        raise ConfigError(
+            f"driver = {setup.driver!r}; give 'simulated' or 'ur:HOST' (a UR's ports are fixed)"
+        )
+    try:
+        from app.robot.ur.driver import UrArm
+    except ImportError as e:
+        raise ConfigError(
+            f"driver = {setup.driver!r} needs ur-rtde ({e.name} is missing); install flinch[ur]"
+        ) from e
+    return UrArm(host, robot, armed=setup.armed)
 
 
 def build_robot(setup: Setup) -> Robot:

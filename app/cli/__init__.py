@@ -11,6 +11,7 @@ from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.run import Run
 from app.cli.skin import CalibrateFilter, SkinCommand
+from app.cli.ur import Ur
 from app.errors import FlinchError
 
 __all__ = ["Run", "main"]
@@ -26,6 +27,7 @@ def main(args: Sequence[str] | None = None) -> int:
     app.command(name="calibrate-filter")(CalibrateFilter)
     app.command(name="skin")(SkinCommand)
     app.command(name="experiment")(Experiment)
+    app.command(name="ur")(Ur)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

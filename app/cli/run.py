@@ -11,11 +11,12 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from app.cli.confirm import confirm
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.errors import ConfigError
 from app.timing import WallClock
-from app.wiring import Setup, build_engine
+from app.wiring import SIMULATED, Setup, build_engine
 
 DEFAULT_PORT = 8080
 
@@ -44,6 +45,10 @@ class Run(WhichRobot):
     """A scene's name, or the path of its TOML file."""
     sensors: str = "simulated"
     """'simulated' or 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor)."""
+    driver: str = "simulated"
+    """'simulated' or 'ur:HOST': a UR on the network, only watched without --arm."""
+    arm: bool = False
+    """Let commands move the real arm; asks at the console first."""
     program: str = ""
     """A waypoint program to follow: a name, or the path of its TOML file."""
     ghost: str = ""
@@ -86,9 +91,13 @@ class Run(WhichRobot):
             self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
             urdf=self.urdf, choice=self.choice(),
             stray=self.stray, program=self.program, ghost=self.ghost,
-            background=self.background,
+            background=self.background, driver=self.driver, armed=self.arm,
         )  # fmt: skip
         if self.headless:
+            if self.driver != SIMULATED:
+                raise ConfigError(
+                    "a headless run is faster than real time; leave --headless or --driver out"
+                )
             from app.studies.headless import summary
 
             report = summary(setup, self.seconds, params)
@@ -96,6 +105,8 @@ class Run(WhichRobot):
         else:
             if self.json:
                 raise ConfigError("--json belongs to a headless run; add --headless")
+            if self.arm:
+                confirm(self.driver, self.sensors)
             _serve(setup, params, self.port, self.open)
 
 
@@ -104,7 +115,11 @@ def _serve(setup: Setup, params: Params, port: int, open_browser: bool) -> None:
     from app.ui.page import Page
 
     engine = build_engine(setup, WallClock(), params)
-    page = Page(engine, "127.0.0.1", port)
+    try:
+        page = Page(engine, "127.0.0.1", port)
+    except BaseException:
+        engine.stop()
+        raise
     quit_asked = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: quit_asked.set())
