@@ -47,6 +47,7 @@ from app.messages import (
 )
 from app.perception.health import SkinHealth
 from app.pipeline import Outcome, Pipeline, rehearse
+from app.robot.arm import ArmReport
 from app.robot.model import Robot
 from app.robot.posture import rigid
 from app.robot.skin import Skin
@@ -63,7 +64,10 @@ class Arm(Protocol):
     """What the engine needs of an arm; `send` returns what was really applied."""
 
     def state(self, now: float) -> JointState: ...
+    def report(self, now: float) -> ArmReport: ...  # once a tick, before `send`
     def send(self, qd: Array, dt: float) -> Array: ...
+    def engage(self) -> None: ...  # a person asks for motion; returns at once
+    def close(self) -> None: ...
 
 
 class Engine:
@@ -105,6 +109,7 @@ class Engine:
         self._tick = 0
         self._notice = ""
         self._late = ""
+        self._said = ArmReport()  # by the arm, in this tick
         self._began = False
         here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
         self._goal = goal or here
@@ -184,7 +189,7 @@ class Engine:
             share = self._doubt(now)
             mode = self._supervisor.mode
             moving = mode in (Mode.RUNNING, Mode.HOLDING)
-            moving = moving and self._health.heard_since(self._listening)
+            moving = moving and self._health.heard_since(self._listening) and self._said.ready
             if self._program and mode is Mode.RUNNING and moving:
                 self._goal = self._program.update(posture.T_base_tool, dt)
             goal = self._goal if mode is Mode.RUNNING else self._held
@@ -217,9 +222,10 @@ class Engine:
 
     def _doubt(self, now: float) -> float:
         """Stop where the sensors give a reason to, else the share of the speed to go on with."""
-        ended = self._source.ended()
-        if ended:
-            self._supervisor.fault(ended, now)
+        self._said = self._arm.report(now)
+        for reason in (self._said.fault, self._source.ended()):
+            if reason:
+                self._supervisor.fault(reason, now)
         limit = self._params.silence
         broken = self._source.fault(now, limit, self._source.connected)
         if broken:
@@ -266,7 +272,7 @@ class Engine:
             timing=Timing(watch.laps, late),
             notice=self._notice,
             jump=outcome.jump,
-            advice=self._late or outcome.command.reason,
+            advice=self._said.advice or self._late or outcome.command.reason,
             program=self._program.words if self._program else "",
             memory=outcome.memory,
             ghost=self._seen_ghost,
@@ -306,6 +312,7 @@ class Engine:
                     self._held = Goal(freeze(self.robot.posture(q).T_base_tool.copy()))
                 if mode is not Mode.STOPPED:
                     self._listening = now
+                    self._arm.engage()
                 self._supervisor.request(mode, reason, now)
             case AddObstacle(name=name, shape=shape, position=position):
                 self.world.add(name, shape, position)
@@ -342,12 +349,15 @@ class Engine:
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread and the source; returns when they have ended."""
+        """End the thread, leave the arm at rest and close the source."""
         self._quit.set()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
-        self._source.close()
+        try:
+            self._arm.close()
+        finally:
+            self._source.close()
 
     def _run(self) -> None:
         try:

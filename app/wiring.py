@@ -10,13 +10,14 @@ from app.config import ControlMode, Params
 from app.control.programs import find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
+from app.messages import Array
 from app.robot.arm import SimulatedArm
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin, load_skin
 from app.robot.tables import AS_IT_IS, Choice
-from app.runtime import Engine
+from app.runtime import Arm, Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
 from app.sensing.open_ports import open_skin
@@ -27,6 +28,8 @@ from app.sensing.source import Source
 from app.timing import Clock, ManualClock, WallClock
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
+
+SIMULATED = "simulated"
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,8 @@ class Setup:
     background: Path | None = None  # file of the learned background, read and written
     ranges: Path | None = None  # table of the zones' range errors
     stray: float = 0.0  # share of zones and frames with a return from nothing
+    driver: str = SIMULATED  # or ur:HOST
+    armed: bool = False  # may a real arm be moved? only watched otherwise
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
@@ -57,6 +62,12 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     """A ready engine, not yet started; raises a FlinchError before anything has begun."""
     robot = build_robot(setup)
     skin = choose_skin(setup, robot)
+    programs = shipped_programs()
+    if setup.program:
+        own = load_program(find_program(setup.program))
+        programs[own.name] = own
+    if setup.ghost and setup.sensors != "simulated":
+        raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
     real, mixed, _ = setup.sensors.partition("+simulated")
     kind, _, rest = ("simulated", "", "") if mixed else real.partition(":")
     if kind == "simulated" and not rest:
@@ -74,30 +85,52 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         # real sensors see a real world; drawing a simulated one would mislead
         world, source = World(()), _real_source(real, skin, clock)
         home, goal, title = None, None, f"{'recorded' if kind == 'replay' else 'real'} world"
-    if home is not None and len(home) != robot.n:
-        raise ConfigError(
-            f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has {robot.n} "
-            "joints; choose a scene made for this robot, or give the posture with --home-deg"
-        )
-    programs = shipped_programs()
-    if setup.program:
-        own = load_program(find_program(setup.program))
-        programs[own.name] = own
-    arm = SimulatedArm(robot, home)
-    ghost = None
-    if setup.ghost:
-        if setup.sensors != "simulated":
-            raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
-        q = robot.home if home is None else home
-        ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
-    engine = Engine(
-        robot, skin, arm, source, world, clock,
-        params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
-        background=setup.background, ghost=ghost,
-    )  # fmt: skip
+    arm: Arm | None = None
+    try:
+        if home is not None and len(home) != robot.n:
+            raise ConfigError(
+                f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has {robot.n} "
+                "joints; choose a scene made for this robot, or give the posture with --home-deg"
+            )
+        arm = _arm(setup, robot, home)
+        if setup.driver != SIMULATED:
+            goal = None  # a real arm stays where it is until a person says where to go
+        ghost = None
+        if setup.ghost:
+            q = arm.state(clock.now()).q
+            ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
+        engine = Engine(
+            robot, skin, arm, source, world, clock,
+            params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
+            background=setup.background, ghost=ghost,
+        )  # fmt: skip
+    except BaseException:
+        source.close()
+        if arm is not None:
+            arm.close()
+        raise
     if setup.program:
         engine.post(RunProgram(own.name))
     return engine
+
+
+def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
+    kind, _, host = setup.driver.partition(":")
+    if setup.driver == SIMULATED:
+        if setup.armed:
+            raise ConfigError("--arm belongs to a real arm; add --driver ur:HOST")
+        return SimulatedArm(robot, home)
+    if kind != "ur" or not host or ":" in host:
+        raise ConfigError(
+            f"driver = {setup.driver!r}; give 'simulated' or 'ur:HOST' (a UR's ports are fixed)"
+        )
+    try:
+        from app.robot.ur.driver import UrArm
+    except ImportError as e:
+        raise ConfigError(
+            f"driver = {setup.driver!r} needs ur-rtde ({e.name} is missing); install flinch[ur]"
+        ) from e
+    return UrArm(host, robot, armed=setup.armed)
 
 
 def build_robot(setup: Setup) -> Robot:

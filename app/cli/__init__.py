@@ -12,6 +12,7 @@ from app.cli.experiment import Experiment
 from app.cli.ranges import CalibrateRanges
 from app.cli.run import Run
 from app.cli.skin import CalibrateFilter, SkinCommand
+from app.cli.ur import Ur
 from app.errors import FlinchError
 
 __all__ = ["Run", "main"]
@@ -28,6 +29,7 @@ def main(args: Sequence[str] | None = None) -> int:
     app.command(name="calibrate-ranges")(CalibrateRanges)
     app.command(name="skin")(SkinCommand)
     app.command(name="experiment")(Experiment)
+    app.command(name="ur")(Ur)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         command()

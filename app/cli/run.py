@@ -11,12 +11,13 @@ from typing import Annotated, Any, Literal
 
 import tyro
 
+from app.cli.confirm import confirm
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.errors import ConfigError
 from app.timing import WallClock
 from app.ui.entrance import Entrance, checked_origin, operator_token
-from app.wiring import Setup, build_engine
+from app.wiring import SIMULATED, Setup, build_engine
 
 DEFAULT_PORT = 8080
 
@@ -49,6 +50,10 @@ class Run(WhichRobot):
     look for them (formats binary, f, table, lines, the last two also with -plain where columns
     are printed from the left; SENSORS is a sensor's or a ring's name, needed where the format
     names none). '+simulated' after the last two simulates the sensors that are left."""
+    driver: str = "simulated"
+    """'simulated' or 'ur:HOST': a UR on the network, only watched without --arm."""
+    arm: bool = False
+    """Let commands move the real arm; asks at the console first."""
     program: str = ""
     """A waypoint program to follow: a name, or the path of its TOML file."""
     ghost: str = ""
@@ -100,8 +105,13 @@ class Run(WhichRobot):
             urdf=self.urdf, choice=self.choice(),
             stray=self.stray, program=self.program, ghost=self.ghost,
             background=self.background, ranges=self.ranges,
+            driver=self.driver, armed=self.arm,
         )  # fmt: skip
         if self.headless:
+            if self.driver != SIMULATED:
+                raise ConfigError(
+                    "a headless run is faster than real time; leave --headless or --driver out"
+                )
             from app.studies.headless import summary
 
             report = summary(setup, self.seconds, params)
@@ -109,7 +119,10 @@ class Run(WhichRobot):
         else:
             if self.json:
                 raise ConfigError("--json belongs to a headless run; add --headless")
-            _serve(setup, params, self._entrance(), self.open)
+            entrance = self._entrance()
+            if self.arm:
+                confirm(self.driver, self.sensors)
+            _serve(setup, params, entrance, self.open)
 
     def _entrance(self) -> Entrance:
         origins = tuple(map(checked_origin, self.origin))
@@ -123,7 +136,11 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
 
     engine = build_engine(setup, WallClock(), params)
     host, port, token, origins = entrance
-    page = Page(engine, host, port, token=token, origins=origins)
+    try:
+        page = Page(engine, host, port, token=token, origins=origins)
+    except BaseException:
+        engine.stop()
+        raise
     quit_asked = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: quit_asked.set())

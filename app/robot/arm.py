@@ -1,11 +1,27 @@
 """A simulated arm: integrates commanded joint velocity, as a real one would follow it."""
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from app.messages import Array, JointState, freeze
 from app.robot.model import Robot
 
 LAG = 0.03  # [s] first-order lag of the velocity loop
+
+
+@dataclass(frozen=True, slots=True)
+class ArmReport:
+    """What an arm says of itself, beside where it is.
+
+    fault:  a reason to stop, with its remedy; empty when there is none.
+    advice: what a person should know though it is no reason to stop.
+    ready:  would it follow a command? While it would not, it is asked to stand.
+    """
+
+    fault: str = ""
+    advice: str = ""
+    ready: bool = True
 
 
 class SimulatedArm:
@@ -19,6 +35,16 @@ class SimulatedArm:
     def state(self, now: float) -> JointState:
         """Where the arm is, as its encoders say."""
         return JointState(now, freeze(self._q.copy()), freeze(self._qd.copy()))
+
+    def report(self, now: float) -> ArmReport:
+        """Nothing can be wrong with it."""
+        return ArmReport()
+
+    def engage(self) -> None:
+        """It is always ready."""
+
+    def close(self) -> None:
+        """There is nothing to leave."""
 
     def send(self, qd: Array, dt: float) -> Array:
         """Follow `qd` (n,) for `dt` [s]; returns the joint velocities really applied."""

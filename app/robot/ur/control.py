@@ -1,0 +1,116 @@
+"""Velocity commands to a UR: the control program is begun, fed, and ended.
+
+The program that `ur-rtde` uploads repeats the newest velocity for ever; the `time` of a
+velocity command only says when it looks for a new one and is no watchdog. What stops the arm
+when commands cease is the controller's own watchdog on the command register, which ends the
+program (`rtde_set_watchdog`, UR script manual). It is set before the first velocity, and
+whatever is sent afterwards, velocities or empty commands, must not pause for longer.
+"""
+
+import threading
+from collections.abc import Callable
+
+import numpy as np
+from rtde_control import RTDEControlInterface
+
+from app.errors import RobotError
+from app.messages import Array
+from app.robot.ur.probe import dashboard, probe
+from app.robot.ur.stream import LOST
+
+SPEED = 0.8  # [rad/s] of the fastest joint; a UR10e's own limits are 2.1 and 3.1
+ACCELERATION = 6.0  # [rad/s^2] of the leading joint; the controller takes up to 40
+WATCHDOG = 15.0  # [Hz] with fewer commands a second the controller ends the program
+CYCLE = 0.002  # [s] until the program looks for a new velocity: one cycle of the controller
+STILL = 1e-4  # [rad/s] no command and no motion
+QUIET = 0.5  # [s] of stillness after which velocities cease
+ENDED = (
+    "the control program has ended (on the pendant, or because commands came too late); press Run "
+    "to begin it again"
+)
+PATIENCE = 250  # commands to brake that are sent on leaving, two cycles each
+
+
+class Control:
+    """A control program on `host` that runs; raises RobotError, in words, when it cannot.
+
+    `model` is the arm that is expected there, as the dashboard names it.
+    """
+
+    def __init__(self, host: str, model: str) -> None:
+        remote, there = dashboard(host, "is in remote control", "get robot model")
+        if remote != "true":
+            raise RobotError(
+                f"{host} is not in remote control ({remote}); choose Remote Control at the top "
+                "right of the pendant"
+            )
+        if there != model:
+            raise RobotError(f"{host} is a {there}, not a {model}; give the right --robot")
+        probe(host)
+        try:
+            self._control = RTDEControlInterface(host)
+        except RuntimeError as e:
+            words = " ".join(str(e).split())
+            raise RobotError(f"{host}: no control program could be started ({words})") from e
+        self._broken = False
+        self._guarded = False
+        self._moving = False
+        self._quiet = 0.0  # [s] for how long nothing has moved
+
+    @property
+    def trouble(self) -> str:
+        """Why no command reaches the arm; empty while the program runs and is connected."""
+        if self._broken or not self._control.isConnected():
+            return LOST
+        return "" if self._control.isProgramRunning() else ENDED
+
+    def send(self, qd: Array, actual: Array, dt: float) -> Array:
+        """Ask for the velocities `qd` (6,) [rad/s]; returns those that were really sent.
+
+        Too fast ones are slowed together, so that the direction stays. Once the arm has stood
+        for a while the motion is ended, and only the watchdog is fed until there is a new one.
+        """
+        try:
+            return self._send(qd, actual, dt)
+        except RuntimeError:
+            # the socket broke in this very call; a tick that fails must be able to brake
+            self._broken = True
+            return np.zeros_like(qd)
+
+    def _send(self, qd: Array, actual: Array, dt: float) -> Array:
+        asked = np.abs(qd).max()
+        still = asked < STILL and np.abs(actual).max() < STILL
+        self._quiet = self._quiet + dt if still else 0.0
+        if still and not self._moving:
+            if self._guarded:
+                self._control.kickWatchdog()
+            return np.zeros_like(qd)
+        if self._quiet > QUIET:
+            # not before the arm stands: a stop in motion waits for it, and feeds no watchdog
+            self._control.speedStop(ACCELERATION)
+            self._moving = False
+            return np.zeros_like(qd)
+        if not self._guarded:
+            self._guarded = bool(self._control.setWatchdog(WATCHDOG))
+            if not self._guarded:
+                return np.zeros_like(qd)  # `trouble` will tell why
+        applied = qd * min(1.0, SPEED / asked) if asked > 0.0 else qd
+        self._control.speedJ(list(applied), ACCELERATION, CYCLE)
+        self._moving = True
+        return np.array(applied)
+
+    def close(self, actual: Callable[[], Array]) -> None:
+        """Brake to rest as `actual` (6,) [rad/s] tells it, end the program, and leave."""
+        pause = threading.Event()
+        for _ in range(PATIENCE):
+            if self.trouble or not self._moving or np.abs(actual()).max() < STILL:
+                break
+            self.send(np.zeros(6), actual(), 2.0 * CYCLE)
+            pause.wait(2.0 * CYCLE)
+        if not self.trouble:
+            self._control.stopScript()
+        self.abandon()
+
+    def abandon(self) -> None:
+        """Leave without a word; a program that still runs is ended by its watchdog."""
+        self._control.disconnect()

@@ -1,0 +1,221 @@
+"""The virtual controller without its sockets: modes, registers, the program and the arm.
+
+Everything happens in `step`, 500 times a second; the sockets only write input registers, hand
+over a program, ask the dashboard and read outputs.
+"""
+
+from collections import deque
+from collections.abc import Callable, Iterable, Sequence
+
+import numpy as np
+
+from app.messages import Array
+from app.robot.ur.emulator.faults import Fault
+from app.robot.ur.emulator.joints import Joints
+from app.robot.ur.emulator.program import Program
+from app.robot.ur.emulator.variables import OUTPUTS
+from app.robot.ur.wire import Value
+
+PERIOD = 0.002  # [s] of the e-Series' control loop
+VERSION = (5, 15, 0, 126)
+MODEL = "UR10"  # what a UR10e's dashboard says, too
+HALT = 10.0  # [rad/s^2] assumed for a program that ends in motion; the maker gives no figure
+STOP = 15.0  # [rad/s^2] assumed for a protective or an emergency stop
+CONTROL = "def rtde_control():"  # the only program that is understood
+TRACE = 5000  # cycles of the arm's motion that are kept
+
+_POWERED, _PLAYING = 1, 2
+_BITS = {1: 1 << 0, 3: 1 << 2 | 1 << 10, 7: 1 << 6 | 1 << 7 | 1 << 10}
+
+
+class Controller:
+    """One robot: `q` (6,) [rad] is its posture at the start; `say` hears what happens to it."""
+
+    def __init__(
+        self, q: Array, faults: Iterable[Fault] = (), say: Callable[[str], None] | None = None
+    ) -> None:
+        self.joints = Joints(q)
+        self.now = 0.0  # [s] the controller's own clock
+        self.robot_mode, self.safety_mode, self.remote = 7, 1, True
+        self.program: Program | None = None
+        self.log: deque[str] = deque(maxlen=200)  # what has happened, in words
+        self._say = say
+        self.trace: deque[tuple[float, float]] = deque(maxlen=TRACE)  # time, fastest joint
+        self.moved_at: float | None = None  # when a joint moved for the first time
+        self.uploads = 0
+        self.commands = 0  # writes to the command register with a command in it
+        self._faults = [f for f in faults if f.kind not in ("local", "off")]
+        self._cut: tuple[str, float] = ("", 0.0)
+        self._ints_in, self._ints_out = [0] * 48, [0] * 48
+        self._doubles_in = [0.0] * 48
+        self._written = 0.0
+        for fault in faults:
+            if fault.kind == "local":
+                self.remote = False
+            if fault.kind == "off":
+                self.robot_mode = 3
+
+    @property
+    def joints_still(self) -> bool:
+        """Does no joint move?"""
+        return self.joints.still
+
+    # --- the link -------------------------------------------------------------------------
+
+    @property
+    def cut(self) -> str:
+        """'drop' or 'mute' while the link is broken, else empty."""
+        kind, until = self._cut
+        return kind if self.now < until else ""
+
+    def break_link(self, kind: str, length: float) -> None:
+        """Break the link for `length` [s]: 'drop' the connections, or 'mute' them."""
+        self._cut = (kind, self.now + length)
+        self._log(f"{kind} for {length:g} s")
+
+    def write(self, values: dict[str, Value]) -> None:
+        """Take input variables from a client."""
+        for name, value in values.items():
+            kind, _, index = name.rpartition("_register_")
+            if kind == "input_int" and isinstance(value, int):
+                self._ints_in[int(index)] = value
+            elif kind == "input_double" and isinstance(value, float):
+                self._doubles_in[int(index)] = value
+        if "input_int_register_0" in values:
+            self._written = self.now
+            self.commands += self._ints_in[0] != 0
+
+    def read(self, name: str) -> Value:
+        """The value of an output variable; zero for what is not modelled."""
+        kind, _, index = name.rpartition("_register_")
+        if kind == "output_int":
+            return self._ints_out[int(index)]
+        match name:
+            case "timestamp":
+                return self.now
+            case "actual_q" | "target_q":
+                return tuple(self.joints.q)
+            case "actual_qd":
+                return tuple(self.joints.qd)
+            case "target_qd":
+                return tuple(self.joints.target)
+            case "robot_mode":
+                return self.robot_mode
+            case "safety_mode" | "safety_status":
+                return self.safety_mode
+            case "safety_status_bits":
+                return _BITS[self.safety_mode]
+            case "robot_status_bits":
+                powered = _POWERED if self.robot_mode >= 4 else 0
+                return powered | (_PLAYING if self.playing else 0)
+            case "runtime_state":
+                return 2 if self.playing else 1
+            case "speed_scaling" | "target_speed_fraction":
+                return 1.0
+        return _ZERO[OUTPUTS[name]]
+
+    # --- the program ----------------------------------------------------------------------
+
+    @property
+    def playing(self) -> bool:
+        """Does a program run?"""
+        return self.program is not None and self.program.running
+
+    def upload(self, text: str) -> None:
+        """Run a program that came in on 30003, in place of the one that runs."""
+        if CONTROL not in text:
+            self._log("a program that the virtual controller does not know: not run")
+            return
+        if self.safety_mode != 1 or self.robot_mode != 7 or not self.remote:
+            self._log("a program was refused: the robot is not ready for it")
+            return
+        self._ints_out[0] = 0
+        self.program = Program(self)
+        self.uploads += 1
+        self._log("a control program came in")
+
+    def end_program(self, reason: str) -> None:
+        """Stop the program that runs, if any; the arm brakes."""
+        if self.program is not None:
+            self._log(f"the program has ended: {reason}")
+        self.program = None
+
+    def int_in(self, index: int) -> int:
+        return self._ints_in[index]
+
+    def double_in(self, index: int) -> float:
+        return self._doubles_in[index]
+
+    def int_out(self, index: int, value: int) -> None:
+        self._ints_out[index] = value
+
+    def since_write(self) -> float:
+        """Seconds since a client has written the command register."""
+        return self.now - self._written
+
+    # --- time -----------------------------------------------------------------------------
+
+    def step(self, dt: float = PERIOD) -> None:
+        """One cycle."""
+        self.now += dt
+        self._inject()
+        program = self.program
+        if program is not None:
+            program.step(self.joints.still, dt)
+            if program.ended:
+                self.end_program(program.ended)
+        if self.safety_mode != 1 or self.robot_mode != 7:
+            self.joints.step(np.zeros(6), STOP, dt)
+        elif self.program is None:
+            self.joints.step(np.zeros(6), HALT, dt)
+        else:
+            self.joints.step(self.program.drive.target, self.program.drive.acceleration, dt)
+        speed = float(np.abs(self.joints.qd).max())
+        if speed > 0.0 and self.moved_at is None:
+            self.moved_at = self.now
+            self._log("the arm moves for the first time")
+        self.trace.append((self.now, speed))
+
+    def stop(self, safety_mode: int) -> None:
+        """A protective (3) or an emergency stop (7)."""
+        self.safety_mode = safety_mode
+        self._log("protective stop" if safety_mode == 3 else "emergency stop")
+        if safety_mode == 7:
+            self.robot_mode = 3
+        self.end_program("safety stop")
+
+    def unlock(self) -> None:
+        """What a person does at the pendant: the arm is ready again, no program runs."""
+        self.safety_mode, self.robot_mode = 1, 7
+        self._log("unlocked")
+
+    def _log(self, line: str) -> None:
+        line = f"{self.now:9.3f} s  {line}"
+        self.log.append(line)
+        if self._say is not None:
+            self._say(line)
+
+    def _inject(self) -> None:
+        if self.moved_at is None:
+            return
+        for fault in [f for f in self._faults if self.now - self.moved_at >= f.at]:
+            self._faults.remove(fault)
+            if fault.kind in ("drop", "mute"):
+                self.break_link(fault.kind, fault.length)
+            else:
+                self.stop(3 if fault.kind == "protective" else 7)
+
+
+_ZERO: dict[str, Value] = {
+    "INT32": 0, "UINT32": 0, "UINT64": 0, "DOUBLE": 0.0, "VECTOR3D": (0.0,) * 3,
+    "VECTOR6D": (0.0,) * 6, "VECTOR6INT32": (0,) * 6,
+}  # fmt: skip
+
+
+def standing_after(trace: Sequence[tuple[float, float]], since: float) -> float:
+    """Seconds from `since` until the arm stood for the rest of the trace; inf if it never did."""
+    moving = [t for t, speed in trace if speed > 0.0]
+    last = moving[-1] if moving else -np.inf
+    if not trace or last >= trace[-1][0]:
+        return np.inf
+    return float(max(0.0, last - since))

@@ -1,0 +1,109 @@
+"""What a UR says of itself in words, its clock on ours, and the question at the console."""
+
+import io
+
+import numpy as np
+import pytest
+
+from app.cli import main
+from app.cli.confirm import confirm
+from app.errors import ConfigError
+from app.robot.ur.clock import ControllerClock
+from app.robot.ur.safety import Report, trouble
+
+
+def report(robot=7, safety=1, bits=3):
+    return Report(robot, safety, bits, 2)
+
+
+def test_an_arm_that_can_move_is_in_no_trouble():
+    assert trouble(report()) == "" and trouble(report(safety=2)) == ""
+
+
+@pytest.mark.parametrize(
+    ("said", "words"),
+    [
+        (report(safety=3), "protective stop"),
+        (report(safety=5), "safeguard stop"),
+        (report(safety=6), "emergency stop of the cell"),
+        (report(safety=7, robot=3), "emergency stop of the robot"),
+        (report(safety=8), "violation"),
+        (report(safety=9), "fault"),
+        (report(safety=99), "safety mode 99"),
+        (report(robot=3), "switched off"),
+        (report(robot=5), "brakes"),
+        (report(robot=6), "freedrive"),
+        (report(robot=42), "robot mode 42"),
+        (report(bits=7), "freedrive"),
+    ],
+)
+def test_every_other_state_is_named_with_its_remedy(said, words):
+    text = trouble(said)
+    assert words in text and ":" in text and "\n" not in text
+
+
+def test_states_are_stamped_when_they_were_taken_though_they_come_late():
+    rng, clock = np.random.default_rng(4), ControllerClock()
+    late = []
+    for k in range(2000):
+        theirs = 0.002 * k
+        stamp = clock.stamp(theirs, 100.0 + theirs * (1 + 50e-6) + 0.001 + rng.exponential(0.003))
+        late.append(stamp - (100.0 + theirs * (1 + 50e-6)))
+    assert min(late[500:]) > 0.0009 and max(late[500:]) < 0.002
+
+
+def test_stamps_never_go_back_nor_ahead_of_now():
+    clock = ControllerClock()
+    stamps = [clock.stamp(t, now) for t, now in [(5, 10.0), (5.002, 10.001), (5.004, 10.2)]]
+    assert stamps == sorted(stamps) and stamps[-1] <= 10.2
+
+
+def test_a_controller_that_was_started_anew_is_stamped_anew():
+    clock = ControllerClock()
+    clock.stamp(5000.0, 100.0)
+    assert clock.stamp(0.5, 160.0) == pytest.approx(160.0)
+
+
+def test_the_typed_address_lets_the_arm_move(capsys):
+    confirm("ur:192.0.2.7", "serial:/dev/ttyACM0", lambda question: " 192.0.2.7 ")
+    shown = capsys.readouterr().out
+    assert "no safety function" in shown and "NOT ON THE ARM" not in shown
+
+
+@pytest.mark.parametrize("typed", ["", "yes", "192.0.2.8"])
+def test_anything_else_that_is_typed_refuses(typed):
+    with pytest.raises(ConfigError, match="nothing was sent"):
+        confirm("ur:192.0.2.7", "simulated", lambda question: typed)
+
+
+def test_an_end_of_input_refuses(capsys):
+    def ended(question):
+        raise EOFError
+
+    with pytest.raises(ConfigError, match="nothing was sent"):
+        confirm("ur:192.0.2.7", "simulated", ended)
+    assert "NOT ON THE ARM" in capsys.readouterr().out
+
+
+def refused(capsys, *args):
+    assert main(args) == 1
+    out, err = capsys.readouterr()
+    assert out == "" and err.startswith("flinch: ") and err.count("\n") == 1
+    return err
+
+
+def test_a_pipe_cannot_say_yes(capsys, monkeypatch):
+    monkeypatch.setattr("sys.stdin", io.StringIO("192.0.2.7\n"))
+    assert "terminal" in refused(capsys, "run", "--driver", "ur:192.0.2.7", "--arm")
+
+
+def test_a_real_arm_refuses_to_be_run_faster_than_time(capsys):
+    assert "faster than real time" in refused(
+        capsys, "run", "--headless", "--driver", "ur:192.0.2.7"
+    )
+
+
+def test_an_unknown_driver_is_one_line(capsys):
+    for wrong in ("kuka:1", "ur", "ur:", "ur:host:30004", "simulated:3"):
+        assert "'ur:HOST'" in refused(capsys, "run", "--no-open", "--port", "0", "--driver", wrong)
+    assert "--driver" in refused(capsys, "run", "--headless", "--arm")
