@@ -14,7 +14,7 @@ from app.control.clearance import Clearance
 from app.control.goals import goal_twist
 from app.control.limits import bring_into, velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
-from app.control.qp import Costs, Solver
+from app.control.qp import Costs, solve
 from app.control.rows import SELF_WITHIN, Rows, avoidance_rows, joined, own_rows, that_can_bite
 from app.errors import FlinchError
 from app.messages import Array, Command, CropBox, Goal, JointState, Pairs, freeze
@@ -36,7 +36,6 @@ class WholeBody:
     def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
         self._robot = robot
         self._clearance = Clearance(robot, crops)
-        self._solver = Solver(robot.n)
         self.reset()
         self._warm_up()
 
@@ -66,7 +65,7 @@ class WholeBody:
         previous = self._in_force(joints)
         low, high = self._box(joints, params.speed * share, relaxed, dt, previous)
         rows = self._rows(posture, pairs, params, approach, low, high)
-        answer = self._solver.solve(self._costs(posture, goal, params, previous), rows, low, high)
+        answer = solve(self._costs(posture, goal, params, previous), rows, low, high)
         if answer is None:
             self._unsolved += 1
             if self._unsolved >= UNSOLVED:
