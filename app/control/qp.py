@@ -70,12 +70,13 @@ def solve(costs: Costs, rows: Rows, low: Array, high: Array) -> Answer | None:
     n, m = len(low), len(rows.low)
     H, g, J = np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty((m, n + 1))
     least, most, x = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
-    steps = build_and_minimise(
+    # two calls: a compiled caller kept on disk would not notice a change of the solver's file
+    _build(
         costs.tool, costs.twist, costs.previous, costs.push,
         costs.k_g, costs.k_b, costs.lambda_q, costs.lambda_a, costs.slide,
-        rows.jacobian, rows.low, rows.linear, rows.quadratic, low, high,
-        H, g, J, least, most, x,
+        rows.jacobian, low, high, H, g, J, least, most,
     )  # fmt: skip
+    steps = minimise(H, g, J, rows.low, rows.linear, rows.quadratic, least, most, x)
     if steps < 0:
         second = second_opinion(H, g, J, rows, least, most)
         if second is None:
@@ -118,7 +119,7 @@ def second_opinion(
 
 
 @compiled
-def build_and_minimise(
+def _build(
     tool: Array,
     twist: Array,
     previous: Array,
@@ -129,9 +130,6 @@ def build_and_minimise(
     lambda_a: float,
     slide: bool,
     jacobian: Array,
-    bound: Array,
-    linear: Array,
-    quadratic: Array,
     low: Array,
     high: Array,
     H: Array,
@@ -139,12 +137,8 @@ def build_and_minimise(
     J: Array,
     least: Array,
     most: Array,
-    x: Array,
-) -> int:
-    """Write the problem to H, g, J and the box `least`, `most`, its minimum to x (n + 1,).
-
-    Returns the number of steps, -1 when there were too many.
-    """
+) -> None:
+    """Write the problem of x = [qd | beta] to H, g, J and the box `least`, `most`."""
     n = tool.shape[1]
     t_t = 0.0
     for r in range(6):
@@ -168,4 +162,3 @@ def build_and_minimise(
     J[:, n] = 0.0
     least[:n], most[:n] = low, high
     least[n], most[n] = (1.0 if slide else 0.0), 1.0
-    return minimise(H, g, J, bound, linear, quadratic, least, most, x)
