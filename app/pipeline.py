@@ -42,6 +42,7 @@ from app.timing import Stopwatch
 
 VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
 REACH = 0.6  # [m] several pairs a link are looked for up to here
+HELD = 0.5  # [s] a remembered point holds the arm back before it counts as standing still
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -83,6 +84,7 @@ class Pipeline:
         }
         self._control: Avoidance | WholeBody = closest
         self._stuck = Stuck()
+        self._held, self._held_for = -1, 0.0  # the memory's point that acts, and since when
 
     @property
     def background(self) -> Background:
@@ -145,6 +147,7 @@ class Pipeline:
                 posture, joints, pairs, goal, params, dt, pairs.approach, share
             )
             self._stuck.see(tool, pairs, command, params.escape, now)
+            self._remember(pairs, command, len(cloud.points), dt)
             if self._stuck.words and not command.reason:
                 command = replace(command, reason=self._stuck.words)
         else:
@@ -169,6 +172,15 @@ class Pipeline:
             np.concatenate((points, self._memory.points)),
             np.concatenate((use, self._memory.near)),
         )
+
+    def _remember(self, pairs: Pairs, command: Command, current: int, dt: float) -> None:
+        """What goes on holding the arm back is not forgotten while nobody saw it leave."""
+        row = command.control_row
+        slot = int(pairs.slot[row]) - current if row >= 0 else -1
+        self._held_for = self._held_for + dt if slot == self._held else 0.0
+        self._held = slot
+        if slot >= 0 and self._held_for > HELD:
+            self._memory.hold(slot)
 
     def _jump(self, pairs: Pairs, command: Command) -> float:
         """How far the control point has moved since the last tick [m]."""

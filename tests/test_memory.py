@@ -200,3 +200,14 @@ def test_carving_follows_the_mounting_of_the_sensor(robot, skin, rotation, mirro
     for zone in (0, 10, 29, 63):
         assert left(zone, zone) == 0
         assert all(left(zone, z) == 1 for z in (0, 7, 10, 29, 34, 56, 63) if z != zone)
+
+
+def test_what_holds_the_arm_back_is_known_to_stand_still(robot, skin, beside):
+    beside.run(0.25, robot.home)
+    rows = np.flatnonzero(beside.memory.use)
+    points = beside.memory.points[rows].copy()
+    held = int(rows[np.argmin(np.abs(points[:, 1] - 0.75))])
+    beside.memory.hold(held)
+    beside.eye.muted.update(range(skin.count))
+    beside.run(6.0, robot.home)  # undecided ones live three seconds
+    assert beside.memory.use[held] and beside.memory.use.sum() < 0.2 * len(rows)

@@ -4,16 +4,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from proxsuite import proxqp
 
 from app.config import Params
+from app.control import whole_body as whole_body_module
 from app.control.avoidance import Avoidance
 from app.control.capsules import fit_capsules
 from app.control.clearance import KEPT, Clearance
 from app.control.goals import goal_error
 from app.control.limits import velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
-from app.control.qp import Costs, Solver
+from app.control.qp import Costs, solve
 from app.control.rows import Rows, avoidance_rows
 from app.control.whole_body import WholeBody
 from app.errors import FlinchError
@@ -49,7 +49,7 @@ def rows_of(jacobian, low):
     m = len(low)
     return Rows(
         np.asarray(jacobian, float), np.asarray(low, float), np.full(m, 50.0), np.full(m, 100.0),
-        np.arange(m), np.zeros(m, dtype=bool),
+        np.arange(m), np.zeros(m, dtype=bool), np.zeros(m, dtype=bool),
     )  # fmt: skip
 
 
@@ -71,21 +71,20 @@ def wall_before(posture, robot, x):
 
 def test_without_bounds_it_is_damped_least_squares(robot):
     rng = np.random.default_rng(1)
-    solver = Solver(robot.n)
     free = np.full(6, 50.0)
     for _ in range(20):
         c = costs_of(robot, rng.uniform(-2, 2, 6), rng.normal(scale=0.1, size=6))
         W = np.diag([1, 1, 1, 0.3, 0.3, 0.3])
         H = 10.0 * c.tool.T @ W @ c.tool + 3e-3 * np.eye(6)
         expected = np.linalg.solve(H, 10.0 * c.tool.T @ W @ c.twist)
-        got = solver.solve(c, rows_of(np.zeros((0, 6)), []), -free, free)
+        got = solve(c, rows_of(np.zeros((0, 6)), []), -free, free)
         assert got.qd == pytest.approx(expected, abs=1e-4)
 
 
 def test_opposite_bounds_share_the_pain_and_are_solved(robot):
     n = np.array([1.0, 0, 0, 0, 0, 0])
     c = costs_of(robot, robot.home, np.zeros(6))
-    got = Solver(6).solve(c, rows_of([n, -n], [1.0, 1.0]), -np.ones(6), np.ones(6))
+    got = solve(c, rows_of([n, -n], [1.0, 1.0]), -np.ones(6), np.ones(6))
     assert got is not None and got.slack.sum() == pytest.approx(2.0, abs=1e-3)
     assert np.isfinite(got.slack).all() and abs(got.qd[0]) <= 1.0
 
@@ -93,7 +92,6 @@ def test_opposite_bounds_share_the_pain_and_are_solved(robot):
 def test_every_answer_is_the_minimum_within_narrow_boxes(robot):
     """A box that is far from the optimum: the solver alone would take the wrong end of it."""
     rng = np.random.default_rng(5)
-    solver = Solver(6)
     W = np.diag([1, 1, 1, 0.3, 0.3, 0.3])
 
     def cost(qd, c, rows):
@@ -107,7 +105,7 @@ def test_every_answer_is_the_minimum_within_narrow_boxes(robot):
         rows = rows_of(rng.normal(scale=0.4, size=(m, 6)), rng.uniform(-0.8, 0.1, m))
         middle = rng.uniform(-0.3, 0.3, 6)
         low, high = middle - 0.024, middle + 0.024
-        got = solver.solve(c, rows, low, high)
+        got = solve(c, rows, low, high)
         best = cost(got.qd, c, rows)
         for other in rng.uniform(low, high, (50, 6)):
             assert best <= cost(other, c, rows) + 1e-4, k
@@ -119,11 +117,11 @@ def test_every_answer_is_the_minimum_within_narrow_boxes(robot):
 
 def test_slack_is_zero_wherever_the_bounds_can_be_met(robot):
     rng = np.random.default_rng(2)
-    solver, worst = Solver(6), 0.0
+    worst = 0.0
     for _ in range(100):
         J, qd = rng.normal(size=(10, 6)), rng.uniform(-0.5, 0.5, 6)
         c = costs_of(robot, rng.uniform(-2, 2, 6), rng.normal(scale=0.2, size=6))
-        got = solver.solve(c, rows_of(J, J @ qd - 0.01), -np.ones(6), np.ones(6))
+        got = solve(c, rows_of(J, J @ qd - 0.01), -np.ones(6), np.ones(6))
         worst = max(worst, got.slack.max(), float((J @ qd - 0.01 - J @ got.qd).max()))
     assert worst < 1e-3
 
@@ -131,11 +129,10 @@ def test_slack_is_zero_wherever_the_bounds_can_be_met(robot):
 @pytest.mark.parametrize("m", [12, 32])
 def test_new_rows_in_every_tick_are_all_solved(robot, m):
     rng = np.random.default_rng(3)
-    solver = Solver(6)
     for _ in range(500):
         c = costs_of(robot, rng.uniform(-2, 2, 6), rng.normal(scale=0.2, size=6))
         rows = rows_of(rng.normal(scale=0.4, size=(m, 6)), rng.uniform(-0.8, 0.3, m))
-        assert solver.solve(c, rows, -np.ones(6), np.ones(6)) is not None
+        assert solve(c, rows, -np.ones(6), np.ones(6)) is not None
 
 
 def test_manipulability_has_the_gradient_of_finite_differences(robot):
@@ -304,7 +301,7 @@ def test_an_unsolved_tick_brakes_with_a_reason_and_three_stop(robot, control, mo
     away = Goal(robot.posture(robot.home + 0.5).T_base_tool)
     for _ in range(50):
         before = control.update(posture, s, NOTHING, away, QP, 0.004)
-    monkeypatch.setattr(control._solver, "solve", lambda *_: None)
+    monkeypatch.setattr(whole_body_module, "solve", lambda *_: None)
     for _ in range(2):
         c = control.update(posture, s, NOTHING, away, QP, 0.004)
         assert "no solution" in c.reason and np.abs(c.qd).max() < np.abs(before.qd).max()
@@ -312,11 +309,6 @@ def test_an_unsolved_tick_brakes_with_a_reason_and_three_stop(robot, control, mo
         before = c
     with pytest.raises(FlinchError, match="three times"):
         control.update(posture, s, NOTHING, away, QP, 0.004)
-
-
-def test_the_solver_is_asked_without_an_initial_guess():
-    problem = Solver(6)._problems[12]._qp
-    assert problem.settings.initial_guess == proxqp.NO_INITIAL_GUESS
 
 
 # --- whatever comes in, a bounded command goes out -----------------------------------------

@@ -16,7 +16,10 @@ from app.messages import Array, CropBox
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
-KEPT = 0.03  # [m] distance that is kept between links, and between a link and a crop box
+# [m] distance that is kept between links, and between a link and a crop box: the capsules hold
+# the meshes and the boxes have margins, so more of it only forbids postures that arms work in
+KEPT = 0.005
+CLOSE = 0.03  # [m] links that are as near as this at home, or in most postures, are no pair
 SAMPLES = 300  # random postures that tell which links are always close
 ALWAYS = 0.3  # share of them from which on a pair of links is left out
 TURNS = 40  # of the search along a capsule; each shortens the bracket to two thirds
@@ -87,9 +90,9 @@ class Clearance:
         home, _ = self._distances(robot.posture(robot.home))
         close = np.zeros(len(home))
         for _ in range(SAMPLES):
-            close += self._distances(robot.posture(rng.uniform(low, high)))[0] < KEPT
+            close += self._distances(robot.posture(rng.uniform(low, high)))[0] < CLOSE
         P = len(self._self)
-        keep = (home >= KEPT) & ((close < ALWAYS * SAMPLES) | (np.arange(len(home)) >= P))
+        keep = (home >= CLOSE) & ((close < ALWAYS * SAMPLES) | (np.arange(len(home)) >= P))
         self._self, self._cell = self._self[keep[:P]], self._cell[keep[P:]]
 
 

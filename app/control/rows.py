@@ -11,7 +11,7 @@ own approach speed w added; the root is what can still be braked with the decele
 what approaches is slowed: moving away and along is free. Inside d_s a retreat is demanded.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,6 +27,8 @@ from app.robot.posture import Posture
 MOVING = 0.12  # [m/s] from this approach speed on the obstacle counts as moving
 URGENT = 0.5  # share of the reachable speed that may be demanded before a moving obstacle
 BRAKING = 0.5  # share of the reachable deceleration that is counted on
+DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
+EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
 SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
 SELF_GAIN = 5.0  # [1/s]
 STATIC_COST, MOVING_COST, SELF_COST = (50.0, 100.0), (100.0, 100.0), (500.0, 1000.0)
@@ -38,6 +40,7 @@ class Rows:
 
     source: (m,) row of the pairs that a bound came from, -1 for the robot itself and the cell.
     inside: (m,) bool, the pair is nearer than it should be.
+    urgent: (m,) bool, a retreat is demanded at once.
     """
 
     jacobian: Array
@@ -46,6 +49,7 @@ class Rows:
     quadratic: Array
     source: np.ndarray
     inside: np.ndarray
+    urgent: np.ndarray
 
 
 def avoidance_rows(
@@ -88,6 +92,7 @@ def avoidance_rows(
         quadratic=np.where(moving, MOVING_COST[1], STATIC_COST[1]),
         source=near[tightest],
         inside=h[tightest] < 0.0,
+        urgent=moving | (h[tightest] < -DEEP),
     )
 
 
@@ -124,11 +129,11 @@ def own_rows(robot: Robot, posture: Posture, gaps: Gaps, params: Params, most: i
     _own(
         order, gaps.a, gaps.b, gaps.distance, gaps.on_a, gaps.on_b, gaps.normal,
         posture.J_base, robot.supports, params.speed * robot.qd_max,
-        params.v_esc, params.kappa, J, low,
+        KEPT, params.v_esc, params.kappa, J, low,
     )  # fmt: skip
     return Rows(
         J, low, np.full(m, SELF_COST[0]), np.full(m, SELF_COST[1]),
-        np.full(m, -1), gaps.distance[order] < KEPT,
+        np.full(m, -1), gaps.distance[order] < KEPT, gaps.distance[order] < KEPT / 2.0,
     )  # fmt: skip
 
 
@@ -144,6 +149,7 @@ def _own(
     J_base: Array,
     supports: Array,
     qd_max: Array,
+    kept: float,
     v_esc: float,
     kappa: float,
     J: Array,
@@ -164,7 +170,7 @@ def _own(
             if b[k] >= 0:
                 J[i, j] -= supports[b[k], j] * (along + two)
             reach += abs(J[i, j]) * qd_max[j]
-        low[i] = min(-SELF_GAIN * (distance[k] - KEPT), v_esc, kappa * reach)
+        low[i] = min(-SELF_GAIN * (distance[k] - kept), v_esc, kappa * reach)
 
 
 def that_can_bite(rows: Rows, low: Array, high: Array) -> Rows:
@@ -174,7 +180,7 @@ def that_can_bite(rows: Rows, low: Array, high: Array) -> Rows:
         return rows
     return Rows(
         rows.jacobian[bite], rows.low[bite], rows.linear[bite], rows.quadratic[bite],
-        rows.source[bite], rows.inside[bite],
+        rows.source[bite], rows.inside[bite], rows.urgent[bite],
     )  # fmt: skip
 
 
@@ -198,4 +204,23 @@ def joined(one: Rows, two: Rows) -> Rows:
         np.concatenate((one.quadratic, two.quadratic)),
         np.concatenate((one.source, two.source)),
         np.concatenate((one.inside, two.inside)),
+        np.concatenate((one.urgent, two.urgent)),
     )
+
+
+def eased(rows: Rows, previous: Array, dt: float) -> Rows:
+    """The rows with retreats that are not urgent eased in from the last command (n,)."""
+    low = rows.low.copy()
+    _ease(rows.jacobian, rows.urgent, previous, min(dt / EASE, 1.0), low)
+    return replace(rows, low=low)
+
+
+@compiled
+def _ease(J: Array, urgent: np.ndarray, previous: Array, share: float, low: Array) -> None:
+    for i in range(len(low)):
+        rate = 0.0
+        for j in range(J.shape[1]):
+            rate += J[i, j] * previous[j]
+        rate = max(rate, 0.0)
+        if low[i] > rate and not urgent[i]:
+            low[i] = rate + share * (low[i] - rate)

@@ -14,8 +14,17 @@ from app.control.clearance import Clearance
 from app.control.goals import goal_twist
 from app.control.limits import bring_into, velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
-from app.control.qp import Costs, Solver
-from app.control.rows import SELF_WITHIN, Rows, avoidance_rows, joined, own_rows, that_can_bite
+from app.control.qp import Costs, solve
+from app.control.rows import (
+    SELF_WITHIN,
+    Rows,
+    avoidance_rows,
+    eased,
+    joined,
+    own_rows,
+    that_can_bite,
+)
+from app.control.steady_rows import SteadyRows
 from app.errors import FlinchError
 from app.messages import Array, Command, CropBox, Goal, JointState, Pairs, freeze
 from app.robot.model import Robot
@@ -28,6 +37,7 @@ ASTRAY = 0.2  # [rad/s] the arm does not follow: start from what was measured
 GIVES_WAY = 1e-3  # [m/s] slack from which on a bound counts as relaxed
 RELAXED_AFTER, RELAXED_SHARE = 0.2, 0.25  # [s], and the share of the speed from then on
 UNSOLVED = 3  # ticks in a row
+EASE = 0.08  # [s] of each of two stages that ease the goal's twist in
 
 
 class WholeBody:
@@ -36,7 +46,7 @@ class WholeBody:
     def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
         self._robot = robot
         self._clearance = Clearance(robot, crops)
-        self._solver = Solver(robot.n)
+        self._steady = SteadyRows()
         self.reset()
         self._warm_up()
 
@@ -44,6 +54,8 @@ class WholeBody:
         """Start again from rest, or from the command `previous` (n,) that is in force."""
         self.previous = np.zeros(self._robot.n) if previous is None else previous
         self._unsolved, self._relaxed = 0, 0.0
+        self._eased = np.zeros((2, 6))
+        self._steady.reset()
 
     def update(
         self,
@@ -65,8 +77,9 @@ class WholeBody:
         relaxed = self._relaxed > RELAXED_AFTER
         previous = self._in_force(joints)
         low, high = self._box(joints, params.speed * share, relaxed, dt, previous)
-        rows = self._rows(posture, pairs, params, approach, low, high)
-        answer = self._solver.solve(self._costs(posture, goal, params, previous), rows, low, high)
+        steady, source = self._steady.update(posture, pairs, approach, params.d_inf, dt)
+        rows = eased(self._rows(posture, steady, params, low, high), previous, dt)
+        answer = solve(self._costs(posture, goal, params, previous, dt), rows, low, high)
         if answer is None:
             self._unsolved += 1
             if self._unsolved >= UNSOLVED:
@@ -77,13 +90,16 @@ class WholeBody:
         gave = (answer.slack > GIVES_WAY) & rows.inside
         self._relaxed = self._relaxed + dt if gave.any() else 0.0
         held = np.flatnonzero(answer.tight)
-        first = int(held[np.argmax(rows.low[held])]) if len(held) else -1
+        # the world's bounds are told of first, the robot's own only without any of them
+        order = np.lexsort((rows.low[held], rows.source[held] >= 0))
+        first = int(held[order[-1]]) if len(held) else -1
+        acted = int(rows.source[first]) if first >= 0 else -1
         return Command(
             qd=freeze(answer.qd.copy()),
             activation=float(len(held) > 0),
             reference=float(rows.low[first]) if first >= 0 else 0.0,
             scale=min(max(answer.progress, 0.0), 1.0),
-            control_row=int(rows.source[first]) if first >= 0 else -1,
+            control_row=int(source[acted]) if acted >= 0 else -1,
             slack=float(answer.slack.max(initial=0.0)),
             reason="slow: too close on more sides than it can leave" if relaxed else "",
         )
@@ -115,12 +131,11 @@ class WholeBody:
         posture: Posture,
         pairs: Pairs,
         params: Params,
-        approach: Array | None,
         low: Array,
         high: Array,
     ) -> Rows:
         """The bounds that matter within the box, the world's first."""
-        near = avoidance_rows(self._robot, posture, pairs, params, approach)
+        near = avoidance_rows(self._robot, posture, pairs, params, pairs.approach)
         near = that_can_bite(near, low, high)
         gaps = self._clearance.measure(posture, SELF_WITHIN)
         if len(gaps.distance) == 0:
@@ -144,7 +159,9 @@ class WholeBody:
         high = np.maximum(np.minimum(box.high, previous + box.change), box.low)
         return low, np.maximum(low, high)
 
-    def _costs(self, posture: Posture, goal: Goal | None, params: Params, previous: Array) -> Costs:
+    def _costs(
+        self, posture: Posture, goal: Goal | None, params: Params, previous: Array, dt: float
+    ) -> Costs:
         tool = posture.tool_jacobian()
         twist = np.zeros(6)
         if goal is not None:
@@ -152,6 +169,9 @@ class WholeBody:
                 posture.T_base_tool, goal.T_base_tool, params.lambda_p, params.lambda_o,
                 params.v_max, params.w_max,
             )  # fmt: skip
+        for stage in self._eased:  # a goal that jumps is no step of the arm's speed
+            stage += min(dt / EASE, 1.0) * (twist - stage)
+            twist = stage.copy()
         mu = manipulability(tool)
         lost = max(0.0, 1.0 - mu / SINGULAR)
         push = np.zeros(len(previous))

@@ -96,6 +96,11 @@ class Memory:
         """What was just seen around `centre` (3,) [m] is known to move."""
         grid.mark_moving(self._voxels, centre, now - RECENT)
 
+    def hold(self, row: int) -> None:
+        """What this row of `points` was part of holds the arm back: it is known to stand still."""
+        if self._voxels.kind[row] == UNDECIDED:
+            self._voxels.kind[row] = STATIC
+
     def visited(self, rows: NDArray[np.intp]) -> None:
         """The arm's body has been at these rows of `points`; at the third time they die."""
         self._voxels.inside[rows] += 1

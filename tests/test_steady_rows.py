@@ -1,0 +1,126 @@
+"""Bounds between frames: noise does not move the arm, danger is believed at once."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from app.config import Params
+from app.control.rows import Rows, eased
+from app.control.steady_rows import KEEP, NEARER, SteadyRows
+from app.control.whole_body import WholeBody
+from app.messages import Goal, JointState, Pairs
+
+DT, REACH = 0.008, 0.6
+
+
+@pytest.fixture
+def posture(robot):
+    return robot.posture(robot.home)
+
+
+def pairs_at(posture, *distances, link=6):
+    """Pairs of one link with a wall ahead, each on a place of its own."""
+    k = len(distances)
+    d, n = np.asarray(distances, float), np.tile([-1.0, 0.0, 0.0], (k, 1))
+    on = posture.T_base_link[link, :3, 3] + 0.1 * np.arange(k)[:, None] * [0.0, 1.0, 0.0]
+    return Pairs(np.full(k, link), d, on, on - d[:, None] * n, n, np.arange(k), 0 if k else -1)
+
+
+def run(steady, posture, distances, approach=None):
+    """The believed distance after each of the measured ones."""
+    out = []
+    for d in distances:
+        w = None if approach is None else np.array([approach])
+        rows, _ = steady.update(posture, pairs_at(posture, d), w, REACH, DT)
+        out.append(float(rows.distance.min(initial=np.inf)))
+    return np.array(out)
+
+
+def test_noise_is_averaged_and_its_mean_is_kept(posture):
+    rng = np.random.default_rng(1)
+    # a frame every eight ticks, as at 15 Hz
+    measured = np.repeat(0.3 + rng.normal(scale=0.006, size=300), 8)
+    believed = run(SteadyRows(), posture, measured)[400:]
+    assert believed.std() < 0.5 * 0.006 and abs(believed.mean() - 0.3) < 0.003
+    assert np.abs(np.diff(believed)).max() < 0.3 * np.abs(np.diff(measured)).max()
+
+
+def test_what_is_really_nearer_is_believed_at_once(posture):
+    believed = run(SteadyRows(), posture, [0.40] * 5 + [0.25] * 5)
+    assert believed[4] == pytest.approx(0.40) and believed[5] <= 0.25 + NEARER + 1e-12
+
+
+def test_what_comes_is_never_believed_farther_than_measured(posture):
+    measured = 0.5 - 0.4 * DT * np.arange(60)
+    believed = run(SteadyRows(), posture, measured, approach=0.4)
+    assert (believed <= measured + 1e-12).all()
+
+
+def test_the_arms_own_motion_is_no_lag(robot):
+    """The wall stands, the arm goes: the distance follows without a measurement's delay."""
+    steady, q = SteadyRows(), robot.home.copy()
+    wall = robot.posture(q).T_base_link[6, 0, 3] + 0.45
+    worst = 0.0
+    for _ in range(200):
+        q = q + DT * np.array([0.0, 0.3, -0.2, 0.0, 0.0, 0.0])
+        posture = robot.posture(q)
+        d = wall - posture.T_base_link[6, 0, 3]
+        rows, _ = steady.update(posture, pairs_at(posture, d), None, REACH, DT)
+        worst = max(worst, abs(float(rows.distance[0]) - d))
+    assert worst < 1e-3
+
+
+def test_a_pair_that_is_gone_stays_for_a_moment_and_then_recedes_at_a_walk(posture):
+    steady = SteadyRows()
+    run(steady, posture, [0.30] * 5)
+    nothing = pairs_at(posture)
+    seen = [steady.update(posture, nothing, None, REACH, DT) for _ in range(250)]
+    distance = np.array([rows.distance.min(initial=np.inf) for rows, _ in seen])
+    still = int(KEEP / DT) - 1
+    assert np.allclose(distance[:still], 0.30) and distance[still + 20] > 0.32
+    finite = distance[np.isfinite(distance)]
+    assert np.diff(finite).max() < 0.003 and np.isinf(distance[-1])
+    assert all((source == -1).all() for _, source in seen)
+
+
+def test_pairs_keep_their_rows_and_two_of_one_link_stay_apart(posture):
+    steady = SteadyRows()
+    for _ in range(3):
+        rows, source = steady.update(posture, pairs_at(posture, 0.3, 0.4), None, REACH, DT)
+    assert sorted(source.tolist()) == [0, 1]
+    assert rows.distance[source == 0] == pytest.approx(0.3)
+    other_way = pairs_at(posture, 0.2, 0.5)
+    other_way = replace(
+        other_way,
+        link=other_way.link[::-1].copy(),
+        distance=other_way.distance[::-1].copy(),
+        on_robot=other_way.on_robot[::-1].copy(),
+        on_world=other_way.on_world[::-1].copy(),
+    )
+    _, swapped = steady.update(posture, other_way, None, REACH, DT)
+    assert swapped.tolist() == source[::-1].tolist()
+
+
+def test_a_gentle_retreat_is_eased_in_and_an_urgent_one_is_not():
+    J = np.array([[1.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    some = np.zeros(3)
+    rows = Rows(
+        J, np.array([0.1, 0.1, -0.1]), some, some, some, some, np.array([False, True, False])
+    )
+    low = eased(rows, np.array([-0.2, 0.0]), DT).low
+    assert 0.0 < low[0] < 0.01 and low[1] == 0.1 and low[2] == -0.1
+    assert eased(rows, np.array([0.2, 0.0]), DT).low[0] == 0.1  # it retreats fast enough already
+
+
+def test_a_new_goal_is_no_jump_of_the_speed_and_is_reached_all_the_same(robot):
+    control, params = WholeBody(robot), Params(mode="qp")
+    nothing = pairs_at(robot.posture(robot.home))
+    goal = Goal(robot.posture(robot.home + 0.2).T_base_tool)
+    qd = [np.zeros(6), np.zeros(6)]
+    for _ in range(100):
+        here = JointState(0.0, robot.home, qd[-1])
+        qd.append(control.update(robot.posture(here.q), here, nothing, goal, params, DT).qd)
+    jerk = np.abs(np.diff(qd, n=2, axis=0)).max() / DT**2
+    assert jerk < 150.0  # a step of the acceleration within its limit alone would be 750
+    assert np.abs(qd[-1]).max() > 0.1
