@@ -89,8 +89,9 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     try:
         if home is not None and len(home) != robot.n:
             raise ConfigError(
-                f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has {robot.n} "
-                "joints; choose a scene made for this robot, or give the posture with --home-deg"
+                f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has "
+                f"{robot.n} joints; choose a scene made for this robot, or give the posture with "
+                "--home-deg"
             )
         arm = _arm(setup, robot, home)
         if setup.driver != SIMULATED:
