@@ -28,6 +28,8 @@ class Bench:
     """Seed of the sensors' noise and of the people's habits."""
     urdf: Path | None = None
     """Perception and peers: a UR10e description whose visual meshes are tried as bodies, too."""
+    plot: Path | None = None
+    """Perception: draw how the times grow into this file (.svg, .png)."""
     json: bool = False
     """Print one JSON object."""
 
@@ -49,7 +51,7 @@ class Bench:
         elif self.what == "perception":
             from app.studies.bench_perception import bench_perception
 
-            report = bench_perception(self.seed, urdf=self.urdf)
+            report = bench_perception(self.seed, urdf=self.urdf, plot=self.plot)
         else:
             from app.studies.bench_peers import bench_peers
 

@@ -29,6 +29,7 @@ from app.sensing.error_model import VALID
 from app.sensing.simulated import SimulatedSkin
 from app.studies.confusion import confusion
 from app.studies.exactness import filter_disagreements, worst_distance
+from app.studies.plots import Line, draw_lines
 from app.studies.report import Check, Report
 from app.world.world import World
 
@@ -40,8 +41,12 @@ FACES = (2_000, 20_000, 200_000)
 Scene = list[tuple[Posture, Array]]
 
 
-def bench_perception(seed: int = 0, repeats: int = 500, urdf: Path | None = None) -> Report:
-    """Everything; `urdf` adds a description whose visual meshes become the bodies."""
+def bench_perception(
+    seed: int = 0, repeats: int = 500, urdf: Path | None = None, plot: Path | None = None
+) -> Report:
+    """Everything; `urdf` adds a description whose visual meshes become the bodies, `plot` draws
+    how the times grow.
+    """
     robot = load_robot(find_robot("ur10e"))
     assert robot.skin is not None
     skin = load_skin(robot.folder / robot.skin, robot)
@@ -56,6 +61,8 @@ def bench_perception(seed: int = 0, repeats: int = 500, urdf: Path | None = None
             ratio = new["p50_ms"] / old["p50_ms"]
             checks.append(Check(f"{check.name} over body meshes", ratio, "x", 1.5))
     grown, more_checks = _growth(robot, skin, scene, seed)
+    if plot is not None:
+        _draw(plot, grown)
     judged, verdicts = confusion(robot, skin, seed)
     wrong, compared = filter_disagreements(robot, skin, scene[:6], ONE)
     more_wrong, more_compared = filter_disagreements(robot, skin, scene[6:8], NINE)
@@ -193,6 +200,18 @@ def _growth(
         ),
     ]  # fmt: skip
     return rows, checks
+
+
+def _draw(path: Path, rows: list[dict[str, Any]]) -> None:
+    panels: dict[str, dict[str, Line]] = {}
+    for what in ("sensors", "faces"):
+        mine = [r for r in rows if str(r["name"]).endswith(what)]
+        count = [float(str(r["name"]).split()[0]) for r in mine]
+        panels[f"by number of {what}"] = {
+            "self filter": (count, [r["filter_ms"] for r in mine]),
+            "closest pairs": (count, [r["pairs_ms"] for r in mine]),
+        }
+    draw_lines(path, panels, "number", "median [ms]", log=True)
 
 
 def _both(robot: Robot, skin: Skin, scene: Scene, rng: np.random.Generator) -> dict[str, float]:
