@@ -26,14 +26,14 @@ def compiled(function: Callable[..., Any]) -> Any:
     before = config.CACHE_DIR
     config.CACHE_DIR = _folder(Path(path).parent)
     try:
-        return numba.njit(cache=True, nogil=True, fastmath=False)(function)
+        return numba.njit(cache=True, nogil=False, fastmath=False)(function)
     finally:
         config.CACHE_DIR = before
 
 
 @cache
 def _folder(room: Path) -> str:
-    digest = hashlib.sha256(numba.__version__.encode())
+    digest = hashlib.sha256(numba.__version__.encode() + Path(__file__).read_bytes())
     for file in sorted(room.glob("*.py")):
         text = file.read_bytes()
         if b"app.compiled" in text:

@@ -56,7 +56,7 @@ class Ticker:
 
     clock: Clock
     period: float
-    lateness: deque[float] = field(default_factory=lambda: deque(maxlen=2000))
+    lateness: deque[float] = field(default_factory=lambda: deque(maxlen=10_000))
     missed: int = 0  # ticks that began more than one period late
     _next: float | None = None
 

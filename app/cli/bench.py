@@ -13,9 +13,12 @@ from app.wiring import Setup
 class Bench:
     """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`;
     `control` the step from pairs to velocity, beside other software where it is installed;
-    `serial` a whole skin over a virtual port: losses, latency, the reader's load."""
+    `serial` a whole skin over a virtual port: losses, latency, the reader's load; `deadlines`
+    missed by sensors and rate with a page being looked at (the rate is then its own)."""
 
-    what: tyro.conf.Positional[Literal["tick", "perception", "peers", "control", "serial"]]
+    what: tyro.conf.Positional[
+        Literal["tick", "perception", "peers", "control", "serial", "deadlines"]
+    ]
     robot: str = "ur10e"
     """A robot's name, or the path of its folder."""
     scene: str = "cell"
@@ -48,6 +51,11 @@ class Bench:
 
             setup = Setup(robot=self.robot, rate=self.rate, seed=self.seed)
             report = bench_serial(setup, self.seconds)
+        elif self.what == "deadlines":
+            from app.studies.bench_deadlines import bench_deadlines
+            from app.ui.onlooker import onlooked
+
+            report = bench_deadlines(onlooked, self.seconds, self.seed)
         elif self.what == "perception":
             from app.studies.bench_perception import bench_perception
 
