@@ -170,7 +170,7 @@ def test_every_page_may_stop_the_arm(page: Page, engine: FakeEngine) -> None:
                 await watcher.press(handle)
                 await until(lambda: engine.posted)
                 (stop,) = engine.posted
-                assert isinstance(stop, SetMode) and stop.mode is Mode.STOPPED
+                assert stop == SetMode(Mode.STOPPED, "asked for by a person at page 2")
 
     play(scene())
 

@@ -15,8 +15,7 @@ import viser
 from viser import _messages as m
 
 from app.errors import FlinchError
-
-LONGEST_TEXT = 256  # characters of a typed text
+from app.ui.entrance import LONGEST
 
 WATCHING: tuple[type[m.Message], ...] = (m.ViewerCameraMessage,)
 OPERATING: tuple[type[m.Message], ...] = (
@@ -89,8 +88,8 @@ def misfit(handle: viser.GuiInputHandle[Any], updates: Any) -> str:
         good = isinstance(new, (list, tuple)) and len(new) == len(old) and all(map(_number, new))
         return "" if good else "not as many numbers as it has"
     if isinstance(old, str):
-        good = isinstance(new, str) and len(new) <= LONGEST_TEXT
-        return "" if good else f"not a text of at most {LONGEST_TEXT} characters"
+        good = isinstance(new, str) and len(new) <= LONGEST
+        return "" if good else f"not a text of at most {LONGEST} characters"
     return "nothing that can be sent"
 
 
