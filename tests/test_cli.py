@@ -67,6 +67,14 @@ def test_a_taken_port_is_one_line_and_nothing_is_left_running():
     assert "Traceback" not in result.stderr
 
 
+@pytest.mark.parametrize("flags", [["--host", "0.0.0.0"], ["--origin", "https://cell.example"]])
+def test_a_page_for_others_without_a_token_is_one_line(flags, capfd, monkeypatch):
+    monkeypatch.delenv("FLINCH_TOKEN", raising=False)
+    assert main(["run", *flags, "--no-open"]) == 1
+    out, err = capfd.readouterr()
+    assert out == "" and err.count("\n") == 1 and "--token-file" in err and flags[1] in err
+
+
 def test_a_missing_mesh_is_one_line(tmp_path, capfd):
     import shutil
 

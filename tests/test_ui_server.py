@@ -12,14 +12,14 @@ from websockets.exceptions import InvalidStatus
 from app.errors import ServerError
 from app.ui.page import Page
 from app.ui.server import open_page, page_url, serving
-from tests.ui_page import the_built, the_engine, the_page  # noqa: F401 - fixtures
+from tests.ui_page import FakeEngine, the_built, the_engine, the_page  # noqa: F401 - fixtures
 
 
-def knock(server: viser.ViserServer, origin: str | None) -> int:
+def knock(server: viser.ViserServer, origin: str | None, address: str = "") -> int:
     """Status with which the server answers a web socket from a page at `origin`."""
 
     async def call() -> int:
-        url = page_url(server).replace("http", "ws")
+        url = (address or page_url(server)).replace("http", "ws")
         try:
             version = f"viser-v{viser.__version__}"
             async with connect(url, origin=origin, subprotocols=[version], proxy=None):  # type: ignore[arg-type, list-item]
@@ -50,6 +50,30 @@ def test_it_listens_on_the_loopback_address_only(page: Page) -> None:
     """127.0.0.2 is this machine too, and would be answered by a server on 0.0.0.0."""
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", page.server.get_port()), timeout=5.0)
+
+
+def test_beyond_the_loopback_a_page_is_known_by_the_address_that_was_asked(
+    engine: FakeEngine,
+) -> None:
+    page = Page(engine, host="0.0.0.0", port=0, token="x" * 16)  # 127.0.0.2 stands for a network
+    try:
+        port = page.server.get_port()
+        near, far = f"http://127.0.0.2:{port}", f"http://192.0.2.7:{port}"
+        assert knock(page.server, near, near) == 101
+        assert knock(page.server, far, near) == 403
+        assert knock(page.server, "https://cell.example", near) == 403
+    finally:
+        page.server.stop()
+
+
+def test_a_public_origin_is_let_in_where_it_was_named(engine: FakeEngine) -> None:
+    page = Page(engine, port=0, token="x" * 16, origins=("https://cell.example",))
+    try:
+        assert knock(page.server, "https://cell.example") == 101
+        assert knock(page.server, "https://cell.example:8443") == 403
+        assert knock(page.server, "http://cell.example") == 403
+    finally:
+        page.server.stop()
 
 
 def test_a_taken_port_is_told_with_the_remedy(page: Page) -> None:

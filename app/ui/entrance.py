@@ -16,6 +16,7 @@ from app.errors import AccessError, ConfigError
 
 VARIABLE = "FLINCH_TOKEN"
 SHORTEST = 16  # characters; 16 hexadecimal digits are 64 bits, hopeless at one try in a second
+LONGEST = 256  # characters that a page may send as a text
 HOW = f"put at least {SHORTEST} characters into a file (openssl rand -hex 16 > FILE)"
 
 
@@ -59,8 +60,11 @@ def operator_token(
             f"{where} lets other machines in, which takes an operator token: {HOW} and give "
             f"--token-file FILE, or set {VARIABLE}"
         )
-    if named and len(token) < SHORTEST:
-        raise AccessError(f"the operator token in {source} has {len(token)} characters; {HOW}")
+    if named and not (SHORTEST <= len(token) <= LONGEST and token.isprintable()):
+        raise AccessError(
+            f"the operator token in {source} is no line of {SHORTEST} to {LONGEST} characters "
+            f"(it has {len(token)}); {HOW}"
+        )
     return token
 
 

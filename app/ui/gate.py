@@ -27,7 +27,7 @@ from app.ui.wire import WATCHING, MalformedError, UnusedError, decoded, misfit
 log = logging.getLogger(__name__)
 LARGEST = 64 * 1024  # [bytes] of one message; a page's own are below one kilobyte
 RATE = 200.0  # [1/s] messages of one page; a hand that drags sends at most 80
-BURST = 400.0  # messages of one page at once
+BURST = 200.0  # messages of one page at once
 
 Answer = Callable[[int, m.Message, str], None]  # page, what it sent, why it was refused
 

@@ -41,7 +41,7 @@ class Roles:
         self._access, self._clock = gate.access, gate.clock
         self.panels: dict[int, AccessPanel] = {}
         self._hints: dict[int, Every] = {}
-        self._pace = Every(0.5)
+        self._pace, self._told = Every(0.5), Every(1.0)
         self._shaded = self._seen = self._controls()
         gate.free |= {handle._impl.uuid for handle in everybody}
         gate.open(server, self._answer)
@@ -98,7 +98,8 @@ class Roles:
                 self._access.tell(page, token, now)
                 self._access.take(page, now)
         except AccessError as refused:
-            log.warning("%s: control refused: %s", words(page), refused)
+            if self._told.due(now):
+                log.warning("%s: control refused: %s", words(page), refused)
             self.panels[page].show(str(refused))
             return
         self._changed(before)

@@ -106,6 +106,21 @@ def evidence(request: pytest.FixtureRequest, window: Window) -> Iterator[None]:
         (ARTIFACTS / f"{request.node.name}.log").write_text("\n".join(said), encoding="utf-8")
 
 
+@pytest.fixture
+def light(live: Live) -> Iterator[None]:
+    """The heavy part of the scene hidden; what is hidden is in the scene all the same.
+
+    Two windows that draw everything without a graphics card need a minute.
+    """
+    views = (live.page.robot, live.page.world, live.page.stage)
+    heavy = [s for view in views for s in view.switches() if s.label != "Shadows"]
+    for switch in heavy:
+        switch.set(False)
+    yield
+    for switch in heavy:
+        switch.set(True)
+
+
 FAILED = pytest.StashKey[bool]()
 
 

@@ -148,13 +148,8 @@ def test_the_keys_stop_and_run(live: Live, window: Window) -> None:
     until(window, lambda: live.now.status.mode is Mode.RUNNING, "R runs")
 
 
+@pytest.mark.usefixtures("light")
 def test_a_second_window_sees_the_same(live: Live, window: Window, browser: Browser) -> None:
-    # two windows that draw everything without a graphics card need a minute; what is hidden is
-    # in the scene all the same
-    views = (live.page.robot, live.page.world, live.page.stage)
-    heavy = [s for view in views for s in view.switches() if s.label != "Shadows"]
-    for switch in heavy:
-        switch.set(False)
     other = open_window(browser, live.page.url, 900, 500)
     try:
         until(other, lambda: nodes(other) == nodes(window), "the same things in both scenes")
@@ -172,8 +167,54 @@ def test_a_second_window_sees_the_same(live: Live, window: Window, browser: Brow
         until(other, lambda: twin.input_value() == "250", "the other window shows it")
     finally:
         other.close()
-        for switch in heavy:
-            switch.set(True)
+
+
+def says(window: Window, words: str) -> bool:
+    return window.get_by_text(words).first.is_visible()
+
+
+@pytest.mark.usefixtures("light")
+def test_the_second_page_watches_stops_and_takes_over(
+    live: Live, window: Window, browser: Browser
+) -> None:
+    other = open_window(browser, live.page.url, 900, 600)
+    me = f"page {max(live.page.server.get_clients()) + 1}"
+    try:
+        assert says(window, "You operate the arm (page 1)")
+        assert says(other, f"You watch ({me}); page 1 operates")
+        run, stop = (other.get_by_role("button", name=name, exact=True) for name in ("Run", "Stop"))
+        until(other, run.is_disabled, "the watcher's Run is disabled")
+        assert window.get_by_role("button", name="Run", exact=True).is_enabled()
+
+        stop.click()
+        until(other, lambda: live.now.status.mode is Mode.STOPPED, "a watcher can stop the arm")
+        other.keyboard.press("r")
+        until(other, lambda: says(other, "You watch"), "a hint")
+        other.get_by_text("page 1 operates; you can stop the arm").wait_for(timeout=5_000)
+        assert live.now.status.mode is Mode.STOPPED
+
+        other.get_by_role("button", name="Take control").click()
+        until(other, lambda: says(other, "page 1 operates; it is free when"), "told when")
+        window.get_by_role("button", name="Give control back").click()
+        until(other, lambda: says(other, "nobody operates"), "the lease is free")
+        other.get_by_role("button", name="Take control").click()
+        until(other, run.is_enabled, "the second page operates")
+        run.click()
+        until(other, lambda: live.now.status.mode is Mode.RUNNING, "it runs the arm")
+        assert says(window, f"You watch (page 1); {me} operates")
+
+        # a watcher's drag is refused, and its handle returns to the goal
+        before, home = live.now.goal.T_base_tool, live.goal.T_base_tool
+        origin, axis = home[:3, 3], home[:3, 2]
+        refused = live.page.gate.refused
+        drag(window, spot(live.page, origin + 0.24 * axis), spot(live.page, origin))
+        until(window, lambda: live.page.gate.refused > refused + 1, "the drag is refused")
+        np.testing.assert_array_equal(live.now.goal.T_base_tool, before)
+    finally:
+        other.close()
+    until(window, lambda: says(window, "nobody operates"), "a closed page gives it back")
+    window.get_by_role("button", name="Take control").click()
+    until(window, lambda: says(window, "You operate the arm (page 1)"), "the first again")
 
 
 @pytest.fixture

@@ -9,6 +9,7 @@ from app.actions import LearnBackground, SetMode, SetParams
 from app.config import ControlMode
 from app.messages import Mode, Snapshot
 from app.timing import Clock
+from app.ui.access import words
 from app.ui.colours import ALARM, CALM, GREY, WARN, css
 from app.ui.engine import Engine
 from app.ui.pacing import Every, HandsOff
@@ -76,8 +77,9 @@ class ControlPanel:
             (stop, stop_key, Mode.STOPPED),
         ):
 
-            async def ask(_: Any, mode: Mode = mode) -> None:
-                engine.post(SetMode(mode))
+            async def ask(event: Any, mode: Mode = mode) -> None:
+                who = words(event.client_id)  # any page may stop the arm: people want to know
+                engine.post(SetMode(mode, reason=f"asked for by a person at {who}"))
 
             button.on_click(ask)
             key.on_trigger(ask)
