@@ -8,11 +8,12 @@ DEV  := $(VENV)/.installed-dev
 MODEL := $(VENV)/.installed-model
 ARGS ?=
 WHAT ?= tick
+RUNS ?= 1000000
 
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check slow peers hardware bench robot wheel clean browser
+.PHONY: help run test check slow peers hardware fuzz bench robot wheel clean browser
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F '\t' '{printf "  make %-10s%s\n", $$1, $$2}'
@@ -43,7 +44,11 @@ peers: $(DEV) ## the comparisons with other software
 hardware: $(DEV) ## the tests that need a real skin or a real arm
 	$(PY) -m pytest -m hardware $(ARGS)
 
-bench: $(RUN) ## measure this machine (WHAT=tick, perception, control or peers; ARGS="--json")
+fuzz: $(DEV) ## fuzz the decoders of serial skins with a million streams (RUNS=1000000)
+	$(PIP_INSTALL) -e '.[fuzz]'
+	$(PY) -m tests.fuzz_wire -runs=$(RUNS) -max_len=1500 .artifacts/fuzz
+
+bench: $(RUN) ## measure this machine (WHAT=tick, perception, control, serial or peers; ARGS="--json")
 	@$(VENV)/bin/flinch bench $(WHAT) $(ARGS)
 
 robot: $(MODEL) ## model the built-in robots anew and write their meshes
