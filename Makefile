@@ -13,7 +13,7 @@ RUNS ?= 1000000
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check slow peers hardware fuzz bench robot wheel clean browser
+.PHONY: help run test check slow peers hardware bench robot wheel clean browser
 
 help: ## list the targets
 	@grep -hE '^[a-z]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F '\t' '{printf "  make %-10s%s\n", $$1, $$2}'
@@ -44,6 +44,7 @@ peers: $(DEV) ## the comparisons with other software
 hardware: $(DEV) ## the tests that need a real skin or a real arm
 	$(PY) -m pytest -m hardware $(ARGS)
 
+.PHONY: fuzz
 fuzz: $(DEV) ## fuzz the decoders of serial skins with a million streams (RUNS=1000000)
 	$(PIP_INSTALL) -e '.[fuzz]'
 	$(PY) -m tests.fuzz_wire -runs=$(RUNS) -max_len=1500 .artifacts/fuzz
