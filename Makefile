@@ -8,6 +8,7 @@ DEV  := $(VENV)/.installed-dev
 MODEL := $(VENV)/.installed-model
 ARGS ?=
 WHAT ?= tick
+RUNS ?= 1000000
 
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
@@ -50,7 +51,12 @@ peers: $(DEV) ## the comparisons with other software
 hardware: $(DEV) ## the tests that need a real skin or a real arm
 	$(PY) -m pytest -m hardware $(ARGS)
 
-bench: $(RUN) ## measure this machine (WHAT=tick, perception, control or peers; ARGS="--json")
+.PHONY: fuzz
+fuzz: $(DEV) ## fuzz the decoders of serial skins with a million streams (RUNS=1000000)
+	$(PIP_INSTALL) -e '.[fuzz]'
+	$(PY) -m tests.fuzz_wire -runs=$(RUNS) -max_len=1500 .artifacts/fuzz
+
+bench: $(RUN) ## measure this machine (WHAT=tick, perception, control, serial or peers; ARGS="--json")
 	@$(VENV)/bin/flinch bench $(WHAT) $(ARGS)
 
 robot: $(MODEL) ## model the built-in robots anew and write their meshes

@@ -57,7 +57,7 @@ class HandPort:
         s = self.stream
         return PortFacts(
             self.open, s.format, self.heard, self.spoke, s.frames, s.damaged, s.lost, 0,
-            s.drift, self.error,
+            s.drift, self.error, 0.0, s.restarts,
         )  # fmt: skip
 
     def close(self):

@@ -158,6 +158,16 @@ def test_a_clock_that_drifts_by_100_ppm_and_wraps_keeps_its_stamps(cell):
     assert "clock -" in dict(s.inputs)["/dev/ring1"]
 
 
+def test_a_board_that_was_reset_goes_on_and_is_told_of(cell):
+    cell.boards[0].boot_us = 900_000_000
+    cell.run(0.5)
+    cell.boards[0].boot_us = 0
+    s = cell.run(0.5)
+    assert s.status.mode is Mode.RUNNING and (s.health == SensorHealth.GOOD).all()
+    assert "clock began anew 1 times" in dict(s.inputs)["/dev/ring1"]
+    assert cell.ports[0].facts().lost == 0
+
+
 def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
     """The arm turns; a frame that comes 80 ms late is a point of where the arm was."""
     from app.config import Params

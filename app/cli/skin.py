@@ -43,7 +43,7 @@ class SkinCheck:
     show: Literal["wall", "hand"] = "wall"
     """A flat wall, or a hand that goes from left to right and then from top to bottom."""
     sensors: str = "simulated"
-    """'simulated[@SENSOR]' or PATH[@SENSOR] of a recording."""
+    """'simulated[@SENSOR]', PATH[@SENSOR] of a recording, or 'serial:PORT=SENSOR'."""
     robot: str = "ur10e"
     """A robot's name, or the path of its folder."""
     seed: int = 0

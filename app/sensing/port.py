@@ -37,7 +37,8 @@ class PortFacts:
     open:   it can be read.   heard: when the last bytes came [s], -inf before any.
     spoke:  when the last whole frame came [s], likewise.
     frames, damaged, lost: counted since it was opened.   dropped: never taken out.
-    drift:  of the board's clock.   error: why it is not open, or why its reader has died.
+    drift:  of the board's clock.   restarts: how often it began anew.
+    error:  why it is not open, or why its reader has died.
     busy:   processor time of the reader [s].
     """
 
@@ -52,6 +53,7 @@ class PortFacts:
     drift: float
     error: str
     busy: float = 0.0
+    restarts: int = 0
 
 
 class Port:
@@ -88,7 +90,7 @@ class Port:
         s = self._stream
         return PortFacts(
             self._open, s.format, self._heard, self._spoke, s.frames, s.damaged, s.lost,
-            self._dropped, s.drift, self._error, self._busy,
+            self._dropped, s.drift, self._error, self._busy, s.restarts,
         )  # fmt: skip
 
     def close(self) -> None:

@@ -94,5 +94,6 @@ def rate_words(facts: PortFacts, state: PortState, watch: PortWatch) -> str:
         f"{100.0 * watch.noise:.0f} % damaged" if state is PortState.NOISY else "",
         f"{facts.lost} lost" if facts.lost else "",
         f"clock {1e6 * facts.drift:+.0f} ppm" if facts.drift else "",
+        f"clock began anew {facts.restarts} times" if facts.restarts else "",
     )
     return " · ".join(p for p in parts if p)

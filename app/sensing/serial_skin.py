@@ -41,6 +41,7 @@ class SerialSkin:
     def __init__(self, skin: Skin, ports: Sequence[Wire], specs: Sequence[PortSpec]) -> None:
         self.name = "serial " + ", ".join(p.name for p in ports)
         self._skin, self._ports, self._specs = skin, tuple(ports), tuple(specs)
+        self._names = [s.name for s in skin.sensors]
         self._watches = tuple(PortWatch() for _ in ports)
         self._claims = {k: i for i, spec in enumerate(specs) for k in spec.sensors}
         self._owner = dict(self._claims)
@@ -143,7 +144,7 @@ class SerialSkin:
     def _sensor(self, i: int, given: int | None, now: float) -> int | None:
         """Index of the sensor that a frame of port i is of."""
         watch, claimed = self._watches[i], self._specs[i].sensors
-        names = [s.name for s in self._skin.sensors]
+        names = self._names
         if given is None:
             if len(claimed) == 1:
                 return claimed[0]

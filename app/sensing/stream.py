@@ -23,6 +23,7 @@ class Stream:
     """One board's stream from its first byte on; another board needs another one.
 
     frames, lost: whole frames, and those that a gap in a sensor's sequence tells of.
+    restarts:     how often the board's clock began anew.
     """
 
     def __init__(self, format_name: str = "") -> None:
@@ -30,7 +31,7 @@ class Stream:
         self._detector = Detector(format_name)
         self._clock = DeviceClock()
         self._sequence: dict[int, int] = {}
-        self._restarts = 0
+        self.restarts = 0
 
     @property
     def format(self) -> str:
@@ -52,8 +53,8 @@ class Stream:
         arrivals = []
         for frame in self._detector.feed(chunk):
             stamp = now if frame.t_us is None else self._clock.stamp(frame.t_us, now)
-            if self._clock.restarts > self._restarts:
-                self._restarts = self._clock.restarts
+            if self._clock.restarts > self.restarts:
+                self.restarts = self._clock.restarts
                 self._sequence.clear()
             self._count(frame)
             arrivals.append(Arrival(frame, stamp, now))

@@ -6,6 +6,7 @@ left to right, then from top to bottom, as seen from the sensor: the nearest zon
 the same way, else the order of the zones is mirrored or turned.
 """
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -19,23 +20,27 @@ from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
 from app.studies.report import Check, Report
+from app.studies.skin_listen import TRUSTED, listen
+from app.timing import WallClock
 from app.world.world import World
 
-TRUSTED = (5, 9)
 SURE = 1.15  # times the other reading's residual makes a convention certain
 FEWEST = 20  # zones of a wall, or frames of a hand
 LOOSE = 0.6  # share of the way that a hand's track must go along its axis
 
 
 def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: int = 0) -> Report:
-    """`what`: 'wall' or 'hand'; recording: 'simulated' or PATH[@SENSOR]."""
+    """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
     robot = load_robot(find_robot(robot_name))
     if robot.skin is None:
         raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
     skin = load_skin(robot.folder / robot.skin, robot)
-    path, _, name = recording.partition("@")
+    port = recording.removeprefix("serial:")
+    path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count
-    if recording.startswith("simulated"):
+    if port != recording:
+        k, depth = listen(port, robot, skin, what, WallClock(), _tell)
+    elif recording.startswith("simulated"):
         depth = simulate(robot, skin, k, what, seed)
     else:
         r = read_recording(Path(path))
@@ -136,6 +141,10 @@ def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
                 good = (f.targets > 0) & np.isin(f.status, TRUSTED)
                 out.append(np.where(good, f.distance, np.nan))
     return np.array(out)
+
+
+def _tell(sentence: str) -> None:
+    print(sentence, file=sys.stderr)
 
 
 def _off_plane(points: Array) -> float:
