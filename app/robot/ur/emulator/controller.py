@@ -68,10 +68,11 @@ class Controller:
         kind, until = self._cut
         return kind if self.now < until else ""
 
-    def break_link(self, kind: str, length: float) -> None:
-        """Break the link for `length` [s]: 'drop' the connections, or 'mute' them."""
+    def break_link(self, kind: str, length: float) -> float:
+        """Break the link for `length` [s]: 'drop' the connections, or 'mute' them; when it was."""
         self._cut = (kind, self.now + length)
         self._log(f"{kind} for {length:g} s")
+        return self.now
 
     def write(self, values: dict[str, Value]) -> None:
         """Take input variables from a client."""

@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 DASHBOARD, SCRIPT, RTDE = 29999, 30003, 30004
 LONGEST_SCRIPT = 1_000_000  # bytes
-BEHIND = 0.2  # [s] a stall of the machine that is longer is not made up for
+BEHIND = 5.0  # [s] a stall of the machine that is longer is not made up for
 LISTEN = 3  # turns of the loop until bytes that wait have become registers
 BACKLOG = 64_000  # bytes that a client may be late with before it is left out
 
