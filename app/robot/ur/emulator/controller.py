@@ -60,6 +60,11 @@ class Controller:
         """Does no joint move?"""
         return self.joints.still
 
+    @property
+    def fastest(self) -> float:
+        """Speed of the fastest joint [rad/s]."""
+        return float(np.abs(self.joints.qd).max())
+
     # --- the link -------------------------------------------------------------------------
 
     @property
@@ -171,11 +176,10 @@ class Controller:
             self.joints.step(np.zeros(6), HALT, dt)
         else:
             self.joints.step(self.program.drive.target, self.program.drive.acceleration, dt)
-        speed = float(np.abs(self.joints.qd).max())
-        if speed > 0.0 and self.moved_at is None:
+        if self.fastest > 0.0 and self.moved_at is None:
             self.moved_at = self.now
             self._log("the arm moves for the first time")
-        self.trace.append((self.now, speed))
+        self.trace.append((self.now, self.fastest))
 
     def stop(self, safety_mode: int) -> None:
         """A protective (3) or an emergency stop (7)."""
