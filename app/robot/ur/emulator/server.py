@@ -127,7 +127,10 @@ class Emulator:
             self._writers[writer] = None
             try:
                 await talk(reader, writer)
-            except WireError as error:
+            except (
+                WireError,
+                ValueError,
+            ) as error:  # ValueError: a line longer than a reader holds
                 log.warning("a client was sent away: %s", error)
             except (ConnectionError, asyncio.CancelledError):
                 pass  # a client that leaves, or the end of the emulator
