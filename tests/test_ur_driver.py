@@ -231,6 +231,15 @@ def test_leaving_brakes_the_arm_and_ends_its_program(ur, moved):
     assert "asked for by the client" in ur.get("log")[-1]
 
 
+def test_a_program_that_was_stopped_on_the_pendant_is_named_and_begun_again_by_a_person(ur, moved):
+    drive(moved, 0.3, 0.2)
+    ur.call("end_program", "on the pendant")
+    report, applied = drive(moved, 0.3, 0.2)
+    assert "control program has ended" in report.fault and not applied.any()
+    moved.engage()
+    driven_until(moved, lambda r: r.ready, 0.2)
+
+
 # --- with the engine ------------------------------------------------------------------------
 
 

@@ -112,6 +112,11 @@ def test_a_real_arm_refuses_to_be_run_faster_than_time(capsys):
     )
 
 
+def test_a_real_arm_is_given_no_posture_to_begin_in(capsys):
+    home = ("--home-deg", "0", "-90", "90", "0", "0", "0", "--no-open", "--port", "0")
+    assert "where it stands" in refused(capsys, "run", "--driver", "ur:192.0.2.7", *home)
+
+
 def test_an_unknown_driver_is_one_line(capsys):
     for wrong in ("kuka:1", "ur", "ur:", "ur:host:30004", "simulated:3"):
         assert "'ur:HOST'" in refused(capsys, "run", "--no-open", "--port", "0", "--driver", wrong)
