@@ -125,6 +125,8 @@ def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
         raise ConfigError(
             f"driver = {setup.driver!r}; give 'simulated' or 'ur:HOST' (a UR's ports are fixed)"
         )
+    if setup.choice.home_deg:
+        raise ConfigError("a real arm begins where it stands; leave --home-deg or --driver out")
     try:
         from app.robot.ur.driver import UrArm
     except ImportError as e:

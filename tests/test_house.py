@@ -11,6 +11,7 @@ import pytest
 
 from app.cli import Run
 from app.cli.skin import SkinEmulate
+from app.cli.ur import Ur
 from app.config import tunables
 
 ROOT = Path(__file__).parent.parent
@@ -94,8 +95,8 @@ def test_every_flag_in_the_readme_exists() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     used = set(re.findall(r"^\.venv/bin/flinch .*?(?=\s{2,}#|$)", text, re.M))
     flags = {flag for line in used for flag in re.findall(r"--([a-z-]+)", line)}
-    commands = (*fields(Run), *fields(SkinEmulate))
-    known = {f.name.replace("_", "-") for f in commands} | {
+    commands = (Run, SkinEmulate, Ur)
+    known = {f.name.replace("_", "-") for command in commands for f in fields(command)} | {
         t.name.replace("_", "-") for t in tunables()
     }
     assert flags and flags <= known

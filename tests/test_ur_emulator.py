@@ -4,6 +4,8 @@ import struct
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.errors import ConfigError
 from app.robot.ur.emulator.controller import HALT, Controller, standing_after
@@ -185,6 +187,17 @@ def test_data_without_its_recipe_is_refused():
         client.take(Packet(Kind.DATA, b"\x01\x00\x00\x00\x09"))
     with pytest.raises(WireError, match="kind 0"):
         client.take(Packet(0, b""))
+
+
+@given(st.lists(st.tuples(st.sampled_from([*b"VvMUOISP", 0, 255]), st.binary(max_size=60))))
+def test_a_client_that_talks_garbage_is_answered_or_refused_in_words(packets):
+    client = RtdeClient(Controller(HOME), {})
+    for packet in packets:
+        try:
+            client.take(Packet(*packet))
+        except WireError as refused:
+            assert "\n" not in str(refused)
+    client.data()
 
 
 def test_the_dashboard_tells_the_state_and_what_it_does_not_understand():

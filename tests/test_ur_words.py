@@ -58,6 +58,15 @@ def test_stamps_never_go_back_nor_ahead_of_now():
     assert stamps == sorted(stamps) and stamps[-1] <= 10.2
 
 
+def test_clocks_that_stand_otherwise_to_each_other_are_believed_within_two_seconds():
+    clock = ControllerClock()
+    for k in range(500):
+        clock.stamp(0.01 * k, 0.01 * k + 0.002)
+    for k in range(500, 720):
+        stamp = clock.stamp(0.01 * k, 0.01 * k + 0.4)
+    assert stamp == pytest.approx(0.01 * 719 + 0.4)
+
+
 def test_a_controller_that_was_started_anew_is_stamped_anew():
     clock = ControllerClock()
     clock.stamp(5000.0, 100.0)
@@ -101,6 +110,11 @@ def test_a_real_arm_refuses_to_be_run_faster_than_time(capsys):
     assert "faster than real time" in refused(
         capsys, "run", "--headless", "--driver", "ur:192.0.2.7"
     )
+
+
+def test_a_real_arm_is_given_no_posture_to_begin_in(capsys):
+    home = ("--home-deg", "0", "-90", "90", "0", "0", "0", "--no-open", "--port", "0")
+    assert "where it stands" in refused(capsys, "run", "--driver", "ur:192.0.2.7", *home)
 
 
 def test_an_unknown_driver_is_one_line(capsys):

@@ -34,7 +34,7 @@ PATIENCE = 250  # commands to brake that are sent on leaving, two cycles each
 class Control:
     """A control program on `host` that runs; raises RobotError, in words, when it cannot.
 
-    `model` is the arm that is expected there, as the dashboard names it.
+    `model` is the arm that is expected there, as the dashboard names it; empty for any.
     """
 
     def __init__(self, host: str, model: str) -> None:
@@ -44,7 +44,7 @@ class Control:
                 f"{host} is not in remote control ({remote}); choose Remote Control at the top "
                 "right of the pendant"
             )
-        if there != model:
+        if model and there != model:
             raise RobotError(f"{host} is a {there}, not a {model}; give the right --robot")
         probe(host)
         try:
@@ -112,5 +112,5 @@ class Control:
         self.abandon()
 
     def abandon(self) -> None:
-        """Leave without a word; a program that still runs is ended by its watchdog."""
+        """Leave without a word; a program that has moved the arm is ended by its watchdog."""
         self._control.disconnect()

@@ -8,6 +8,7 @@ Without `armed` nothing is ever sent. After whatever stopped the arm, it is look
 by itself, but commands go out again only when a person has asked for motion (`engage`).
 """
 
+import re
 import threading
 
 import numpy as np
@@ -38,7 +39,8 @@ class UrArm:
                 f"{', '.join(robot.joints)}"
             )
         self._host, self._armed = host, armed
-        self._model = robot.name.upper().removesuffix("E")  # the dashboard names no series
+        known = re.fullmatch(r"(ur\d+)e?", robot.name)  # the dashboard names no series
+        self._model = known[1].upper() if known else ""
         self._control: Control | None = None
         self._refused = ""  # why no control program runs
         self._beginning: threading.Thread | None = None

@@ -13,6 +13,7 @@ from app.robot.ur.safety import Report
 
 STALE = 0.1  # [s] 50 states of an e-Series
 LOST = "the connection is lost; check the cable and the controller"
+FIRST, TRIES = 1.0, 50  # [s] until the first state must be there, and looks for it
 RETRY = 1.0  # [s] between two tries to begin anew
 VARIABLES = [
     "timestamp", "actual_q", "actual_qd", "robot_mode", "safety_mode", "robot_status_bits",
@@ -73,9 +74,17 @@ class Stream:
     def _open(self) -> RTDEReceiveInterface:
         probe(self._host)
         try:
-            return RTDEReceiveInterface(self._host, -1.0, VARIABLES)
+            receive = RTDEReceiveInterface(self._host, -1.0, VARIABLES)
         except RuntimeError as e:
-            raise RobotError(f"{self._host}: joint states are refused ({_line(e)})") from e
+            words = " ".join(str(e).split())
+            raise RobotError(f"{self._host}: joint states are refused ({words})") from e
+        pause = threading.Event()
+        for _ in range(TRIES):
+            if len(receive.getActualQ()) == 6 and receive.getTimestamp() > 0.0:
+                return receive
+            pause.wait(FIRST / TRIES)
+        receive.disconnect()
+        raise RobotError(f"{self._host} accepts the connection but sends no joint states")
 
     def _mend(self) -> None:
         while not self._quit.wait(RETRY):
@@ -87,7 +96,3 @@ class Stream:
                 continue  # `lost` tells it all the while
             self._receive.disconnect()
             self._receive = fresh
-
-
-def _line(error: Exception) -> str:
-    return " ".join(str(error).split())

@@ -60,6 +60,11 @@ class Controller:
         """Does no joint move?"""
         return self.joints.still
 
+    @property
+    def fastest(self) -> float:
+        """Speed of the fastest joint [rad/s]."""
+        return float(np.abs(self.joints.qd).max())
+
     # --- the link -------------------------------------------------------------------------
 
     @property
@@ -68,10 +73,11 @@ class Controller:
         kind, until = self._cut
         return kind if self.now < until else ""
 
-    def break_link(self, kind: str, length: float) -> None:
-        """Break the link for `length` [s]: 'drop' the connections, or 'mute' them."""
+    def break_link(self, kind: str, length: float) -> float:
+        """Break the link for `length` [s]: 'drop' the connections, or 'mute' them; when it was."""
         self._cut = (kind, self.now + length)
         self._log(f"{kind} for {length:g} s")
+        return self.now
 
     def write(self, values: dict[str, Value]) -> None:
         """Take input variables from a client."""
@@ -170,11 +176,10 @@ class Controller:
             self.joints.step(np.zeros(6), HALT, dt)
         else:
             self.joints.step(self.program.drive.target, self.program.drive.acceleration, dt)
-        speed = float(np.abs(self.joints.qd).max())
-        if speed > 0.0 and self.moved_at is None:
+        if self.fastest > 0.0 and self.moved_at is None:
             self.moved_at = self.now
             self._log("the arm moves for the first time")
-        self.trace.append((self.now, speed))
+        self.trace.append((self.now, self.fastest))
 
     def stop(self, safety_mode: int) -> None:
         """A protective (3) or an emergency stop (7)."""

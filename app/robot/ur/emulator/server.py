@@ -21,7 +21,7 @@ log = logging.getLogger(__name__)
 T = TypeVar("T")
 DASHBOARD, SCRIPT, RTDE = 29999, 30003, 30004
 LONGEST_SCRIPT = 1_000_000  # bytes
-BEHIND = 0.2  # [s] a stall of the machine that is longer is not made up for
+BEHIND = 5.0  # [s] a stall of the machine that is longer is not made up for
 LISTEN = 3  # turns of the loop until bytes that wait have become registers
 BACKLOG = 64_000  # bytes that a client may be late with before it is left out
 
@@ -127,7 +127,10 @@ class Emulator:
             self._writers[writer] = None
             try:
                 await talk(reader, writer)
-            except WireError as error:
+            except (
+                WireError,
+                ValueError,
+            ) as error:  # ValueError: a line longer than a reader holds
                 log.warning("a client was sent away: %s", error)
             except (ConnectionError, asyncio.CancelledError):
                 pass  # a client that leaves, or the end of the emulator
