@@ -29,6 +29,7 @@ from app.messages import Array
 
 TASK_WEIGHT = np.array([1.0, 1.0, 1.0, 0.3, 0.3, 0.3])  # of the twist: linear, angular
 LEAST_STAY = 1e-8  # keeps beta's cost above zero without a twist or its weight
+TIE = 1e-6  # bounds that say the same give way one after the other
 FREE = 1e20  # a bound that never holds
 ACCURACY, TURNS = 1e-6, 1000  # of ProxQP
 TOUCHED = 1e-4  # a bound this near is touched
@@ -76,7 +77,8 @@ def solve(costs: Costs, rows: Rows, low: Array, high: Array) -> Answer | None:
         costs.k_g, costs.k_b, costs.lambda_q, costs.lambda_a, costs.slide,
         rows.jacobian, low, high, H, g, J, least, most,
     )  # fmt: skip
-    steps = minimise(H, g, J, rows.low, rows.linear, rows.quadratic, least, most, x)
+    price = rows.linear * (1.0 + TIE * np.arange(m))
+    steps = minimise(H, g, J, rows.low, price, rows.quadratic, least, most, x)
     if steps < 0:
         second = second_opinion(H, g, J, rows, least, most)
         if second is None:
