@@ -29,6 +29,7 @@ URGENT = 0.5  # share of the reachable speed that may be demanded before a movin
 BRAKING = 0.5  # share of the reachable deceleration that is counted on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
+SSM_REACH = 1.5  # [m] from here on a person's pace allows any speed of an arm
 SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
 SELF_GAIN = 5.0  # [1/s]
 STATIC_COST, MOVING_COST, SELF_COST = (50.0, 100.0), (100.0, 100.0), (500.0, 1000.0)
@@ -62,7 +63,7 @@ def avoidance_rows(
 ) -> Rows:
     """The `most` tightest bounds of the world's pairs nearer than d_inf."""
     can_move = robot.supports[pairs.link].any(axis=1)
-    near = np.flatnonzero((pairs.distance < params.d_inf) & can_move)
+    near = np.flatnonzero((pairs.distance < reach(params)) & can_move)
     J = posture.distance_rows(pairs.link[near], pairs.on_robot[near], pairs.normal[near])
     h = pairs.distance[near] - params.d_s
     w = np.zeros(len(near))
@@ -78,7 +79,9 @@ def avoidance_rows(
         J, h, w, params.speed * robot.qd_max, robot.qdd_max, gamma, params.v_esc, kappa, urgent,
         least, low,
     )  # fmt: skip
-    if params.separation:
+    if params.mode == "ssm":
+        low = -allowed_speed(pairs.distance[near], params)  # nothing gives way
+    elif params.separation:
         low = np.maximum(low, -allowed_speed(pairs.distance[near], params))
     if len(near) > most:
         tightest = np.sort(np.argsort(-low, kind="stable")[:most])
@@ -94,6 +97,11 @@ def avoidance_rows(
         inside=h[tightest] < 0.0,
         urgent=moving | (h[tightest] < -DEEP),
     )
+
+
+def reach(params: Params) -> float:
+    """Pairs nearer than this [m] are bounds."""
+    return SSM_REACH if params.mode == "ssm" else params.d_inf
 
 
 @compiled

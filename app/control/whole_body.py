@@ -22,6 +22,7 @@ from app.control.rows import (
     eased,
     joined,
     own_rows,
+    reach,
     that_can_bite,
 )
 from app.control.steady_rows import SteadyRows
@@ -80,9 +81,10 @@ class WholeBody:
         self._share += min(max(aim - self._share, -dt / EASE_SHARE), dt / EASE_SHARE)
         previous = self._in_force(joints)
         low, high = self._box(joints, params.speed * share * self._share, dt, previous)
-        steady, source = self._steady.update(posture, pairs, approach, params.d_inf, dt)
+        steady, source = self._steady.update(posture, pairs, approach, reach(params), dt)
         rows = eased(self._rows(posture, steady, params, low, high), self._robot, previous, dt)
-        answer = solve(self._costs(posture, goal, params, previous, dt), rows, low, high)
+        costs = self._costs(posture, goal, params, previous, dt)
+        answer = solve(costs, rows, low, high, params.lexicographic)
         if answer is None:
             self._unsolved += 1
             if self._unsolved >= UNSOLVED:
