@@ -13,7 +13,7 @@ from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hint
 
 from app.errors import ConfigError, options
 
-ControlMode = Literal["wb", "sm", "multi", "qp"]
+ControlMode = Literal["wb", "sm", "multi", "qp", "ssm"]
 
 
 def tunable(
@@ -35,7 +35,8 @@ class Params:
     mode: ControlMode = tunable(
         "wb", "", None, None, "control",
         "controller: wb = any point of the body, sm = the sensors' mounting points, "
-        "multi = every near link, qp = every near pair as a bound",
+        "multi = every near link, qp = every near pair as a bound, "
+        "ssm = slows and stops, gives no way",
     )  # fmt: skip
     d_min: float = tunable(
         0.20, "m", 0.05, 0.40, "control", "distance at which avoidance is fully active"
@@ -143,6 +144,18 @@ class Params:
     slide: bool = tunable(
         False, "", None, None, "control",
         "qp: slide along an obstacle that blocks the goal, instead of slowing before it",
+    )  # fmt: skip
+    lexicographic: bool = tunable(
+        False, "", None, None, "control",
+        "qp: first the least relaxing of the bounds, whatever it costs the goal",
+    )  # fmt: skip
+    limit_task: bool = tunable(
+        False, "", None, None, "control",
+        "wb, sm, multi: leave the ends of the joints' ranges before anything else",
+    )  # fmt: skip
+    goal_split: bool = tunable(
+        False, "", None, None, "control",
+        "wb, sm, multi: the goal's position before its orientation",
     )  # fmt: skip
     separation: bool = tunable(
         False, "", None, None, "control",

@@ -76,11 +76,13 @@ class Pipeline:
         self._mounts = MountPairs(skin)
         self._point: Array | None = None  # control point of the last tick
         closest = Avoidance(robot)
+        bounds = WholeBody(robot, crops)
         self._controllers: dict[ControlMode, Avoidance | WholeBody] = {
             "wb": closest,
             "sm": closest,
             "multi": Avoidance(robot, "links"),
-            "qp": WholeBody(robot, crops),
+            "qp": bounds,
+            "ssm": bounds,
         }
         self._control: Avoidance | WholeBody = closest
         self._stuck = Stuck()

@@ -24,6 +24,8 @@ def problem(rng):
     if m > 4 and rng.random() < 0.3:
         J[1], J[2] = J[0], -J[0]  # the same wall twice, and one opposite to it
     b, c = rng.uniform(-0.8, 0.3, m), rng.choice([50.0, 100.0, 500.0], m)
+    if m > 6 and rng.random() < 0.3:
+        J[3:6], b[3:6], c[3:6] = J[0], b[0], c[0]  # one bound four times
     middle, half = rng.uniform(-0.3, 0.3, n), rng.choice([0.0, 0.024, 0.3, 3.0])
     return H, g, J, b, c, np.full(m, 100.0), middle - half, middle + half
 

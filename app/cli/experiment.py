@@ -1,6 +1,7 @@
 """`flinch experiment`: controllers against each other."""
 
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Literal
 
 import tyro
@@ -22,6 +23,8 @@ class Experiment:
     """tradeoff: length of the runs beside the person [s]."""
     seed: int = 0
     """Seed of the first world, of the noise and of the people's habits."""
+    log: Path | None = None
+    """worlds: a file that each run is added to; what is in it already is not run again."""
     json: bool = False
     """Print one JSON object."""
 
@@ -33,7 +36,7 @@ class Experiment:
         if self.what == "worlds":
             from app.studies.random_worlds import random_worlds
 
-            report = random_worlds(self.worlds, self.seconds, self.seed)
+            report = random_worlds(self.worlds, self.seconds, self.seed, log=self.log)
         else:
             from app.studies.tradeoff import tradeoff
 

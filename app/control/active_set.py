@@ -22,6 +22,7 @@ from app.messages import Array
 OUT, HARD, SOFT = 0, 1, 2  # not in use, kept, given way
 BROKEN = 1e-10  # [units of x] less than this is rounding
 FLAT = 1e-14  # share of a bound that is left when those kept are taken out: it depends on them
+STILL = 1e-12  # share of its parts below which a sum is rounding
 TURNS = 400  # steps; tens are usual
 
 
@@ -173,8 +174,13 @@ def _direction(
     for i in range(k):
         Q[i] = A[i]
         _remove(Q, i, Q[i], R[i])
-        R[i, i] = np.sqrt((Q[i] * Q[i]).sum())
-        Q[i] /= R[i, i]
+        rest = (Q[i] * Q[i]).sum()
+        if rest > FLAT * (A[i] * A[i]).sum():
+            R[i, i] = np.sqrt(rest)
+            Q[i] /= R[i, i]
+        else:  # twice the same bound: the first has all of the pull
+            R[i, i] = 1.0
+            Q[i] = 0.0
     t = np.zeros(k)
     _remove(Q, k, y, t)  # what was y is now y + Q't, and Q't = A'z with R'z = t
     for i in range(k - 1, -1, -1):
@@ -189,10 +195,12 @@ def _direction(
         dx[:] = 0.0
     for i in range(m):
         if state[i] == SOFT:
-            d = 0.0
+            d, size = 0.0, 0.0
             for r in range(n):
                 d += J[i, r] * dx[r]
-            change[i] = -w[i] * d
+                size += abs(J[i, r] * dx[r])
+            if abs(d) > STILL * size:
+                change[i] = -w[i] * d
     return gain
 
 

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.config import Params
 from app.control.goals import goal_twist
+from app.control.limit_task import limit_task
 from app.control.limits import bring_into, velocity_box
 from app.control.task_priority import Regularisation, Task, solve
 from app.messages import Array, Command, Goal, JointState, Pairs, freeze
@@ -69,8 +70,11 @@ class Avoidance:
         qd_max = speed * robot.qd_max
         safety = self._safety(posture, pairs, params, params.speed * robot.qd_max, approach)
         self._row = safety.row
-        tasks = [t for t in (safety.task, _goal_task(posture, goal, params)) if t is not None]
+        tasks = [safety.task] if safety.task else []
+        tasks += _goal_tasks(posture, goal, params)
         tasks.append(self._rest)
+        if params.limit_task:
+            tasks.insert(0, limit_task(robot, joints.q))
         reg = Regularisation(params.lambda_r, params.theta, params.eta)
         rho, scale = solve(tasks, qd_max, reg)
         qd, shortened = bring_into(rho, self.previous, box)
@@ -136,11 +140,14 @@ class Avoidance:
         return _Safety(Task(J, reference, a), int(near[order[0]]))
 
 
-def _goal_task(posture: Posture, goal: Goal | None, params: Params) -> Task | None:
+def _goal_tasks(posture: Posture, goal: Goal | None, params: Params) -> list[Task]:
+    """The tool's six rows as one level, or position before orientation."""
     if goal is None:
-        return None
+        return []
     twist = goal_twist(
         posture.T_base_tool, goal.T_base_tool, params.lambda_p, params.lambda_o,
         params.v_max, params.w_max,
     )  # fmt: skip
-    return Task(posture.tool_jacobian(), twist, np.ones(6))
+    J = posture.tool_jacobian()
+    levels = (slice(0, 3), slice(3, 6)) if params.goal_split else (slice(0, 6),)
+    return [Task(J[k], twist[k], np.ones(len(twist[k]))) for k in levels]

@@ -17,7 +17,7 @@ it calls a joint at the wrong end of its box "solved", so its answer is believed
 each bound that pulls is touched.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from proxsuite import proxqp
@@ -29,8 +29,11 @@ from app.messages import Array
 
 TASK_WEIGHT = np.array([1.0, 1.0, 1.0, 0.3, 0.3, 0.3])  # of the twist: linear, angular
 LEAST_STAY = 1e-8  # keeps beta's cost above zero without a twist or its weight
+TIE = 1e-6  # bounds that say the same give way one after the other
 FREE = 1e20  # a bound that never holds
 ACCURACY, TURNS = 1e-6, 1000  # of ProxQP
+LEAST_EFFORT = 1e-6  # weights that only make the least slack's qd unique
+SPARE, HELD = 1e-6, 1e6  # [m/s] by which that slack is loosened, price of more of it
 TOUCHED = 1e-4  # a bound this near is touched
 HONEST = 1e-4  # largest product of a bound's multiplier and its distance
 TIGHT = 1e-4  # [m/s] a bound met this closely is one that holds the arm
@@ -65,8 +68,35 @@ class Answer:
     tight: np.ndarray
 
 
-def solve(costs: Costs, rows: Rows, low: Array, high: Array) -> Answer | None:
-    """The minimum within low (n,) <= qd <= high (n,), None when it was not found."""
+def solve(
+    costs: Costs, rows: Rows, low: Array, high: Array, lexicographic: bool = False
+) -> Answer | None:
+    """The minimum within low (n,) <= qd <= high (n,), None when it was not found.
+
+    lexicographic: the least slack is found first and no cost may add to it.
+    """
+    bounds = rows
+    if lexicographic and len(rows.low):
+        least = least_slack(rows, low, high)
+        if least is None:
+            return None
+        bounds = replace(rows, low=rows.low - least - SPARE, linear=np.full(len(least), HELD))
+    return _solve(costs, bounds, rows.low, low, high)
+
+
+def least_slack(rows: Rows, low: Array, high: Array) -> Array | None:
+    """The slack (m,) of least weighted square that some qd in its box needs."""
+    n, m = len(low), len(rows.low)
+    qd = np.empty(n)
+    H, free = LEAST_EFFORT * np.eye(n), np.full(m, LEAST_EFFORT)
+    steps = minimise(
+        H, np.zeros(n), rows.jacobian, rows.low, free, rows.quadratic, low, high, qd
+    )  # fmt: skip
+    return None if steps < 0 else np.maximum(rows.low - rows.jacobian @ qd, 0.0)
+
+
+def _solve(costs: Costs, rows: Rows, asked: Array, low: Array, high: Array) -> Answer | None:
+    """With slack counted from the bounds that were `asked` for, (m,)."""
     n, m = len(low), len(rows.low)
     H, g, J = np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty((m, n + 1))
     least, most, x = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
@@ -76,7 +106,8 @@ def solve(costs: Costs, rows: Rows, low: Array, high: Array) -> Answer | None:
         costs.k_g, costs.k_b, costs.lambda_q, costs.lambda_a, costs.slide,
         rows.jacobian, low, high, H, g, J, least, most,
     )  # fmt: skip
-    steps = minimise(H, g, J, rows.low, rows.linear, rows.quadratic, least, most, x)
+    price = rows.linear * (1.0 + TIE * np.arange(m))
+    steps = minimise(H, g, J, rows.low, price, rows.quadratic, least, most, x)
     if steps < 0:
         second = second_opinion(H, g, J, rows, least, most)
         if second is None:
@@ -85,7 +116,7 @@ def solve(costs: Costs, rows: Rows, low: Array, high: Array) -> Answer | None:
     if not np.isfinite(x).all():
         return None
     qd = np.minimum(np.maximum(x[:n], low), high)
-    rest = rows.low - rows.jacobian @ qd
+    rest = asked - rows.jacobian @ qd
     return Answer(qd, float(x[n]), np.maximum(rest, 0.0), rest > -TIGHT)
 
 

@@ -29,6 +29,7 @@ URGENT = 0.5  # share of the reachable speed that may be demanded before a movin
 BRAKING = 0.5  # share of the reachable deceleration that is counted on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
+SSM_REACH = 1.5  # [m] from here on a person's pace allows any speed of an arm
 SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
 SELF_GAIN = 5.0  # [1/s]
 STATIC_COST, MOVING_COST, SELF_COST = (50.0, 100.0), (100.0, 100.0), (500.0, 1000.0)
@@ -62,7 +63,7 @@ def avoidance_rows(
 ) -> Rows:
     """The `most` tightest bounds of the world's pairs nearer than d_inf."""
     can_move = robot.supports[pairs.link].any(axis=1)
-    near = np.flatnonzero((pairs.distance < params.d_inf) & can_move)
+    near = np.flatnonzero((pairs.distance < reach(params)) & can_move)
     J = posture.distance_rows(pairs.link[near], pairs.on_robot[near], pairs.normal[near])
     h = pairs.distance[near] - params.d_s
     w = np.zeros(len(near))
@@ -70,15 +71,17 @@ def avoidance_rows(
         w = np.maximum(approach[near], 0.0)  # what recedes is not followed
     moving = w > MOVING
     low = np.empty(len(near))
-    kappa, urgent = np.inf, np.inf
+    kappa, urgent, least = np.inf, np.inf, 0.0
     if params.authority_cap:
-        kappa, urgent = params.kappa, max(URGENT, params.kappa)
+        kappa, urgent, least = params.kappa, max(URGENT, params.kappa), params.v_ach_min
     gamma = params.xi / (params.d_inf - params.d_s)
     _bounds(
         J, h, w, params.speed * robot.qd_max, robot.qdd_max, gamma, params.v_esc, kappa, urgent,
-        low,
+        least, low,
     )  # fmt: skip
-    if params.separation:
+    if params.mode == "ssm":
+        low = -allowed_speed(pairs.distance[near], params)  # nothing gives way
+    elif params.separation:
         low = np.maximum(low, -allowed_speed(pairs.distance[near], params))
     if len(near) > most:
         tightest = np.sort(np.argsort(-low, kind="stable")[:most])
@@ -96,6 +99,11 @@ def avoidance_rows(
     )
 
 
+def reach(params: Params) -> float:
+    """Pairs nearer than this [m] are bounds."""
+    return SSM_REACH if params.mode == "ssm" else params.d_inf
+
+
 @compiled
 def _bounds(
     J: Array,
@@ -107,8 +115,10 @@ def _bounds(
     v_esc: float,
     kappa: float,
     urgent: float,
+    least: float,
     low: Array,
 ) -> None:
+    """A point that can hardly be moved is no bound: a few mm/s there swing all the rest."""
     for i in range(len(h)):
         reach, brake = 0.0, 0.0  # [m/s], [m/s^2] along the normal with all joints at their limit
         for j in range(J.shape[1]):
@@ -119,6 +129,9 @@ def _bounds(
             free = min(free, np.sqrt(2.0 * brake * h[i]))
         cap = urgent if w[i] > MOVING else kappa
         low[i] = min(w[i] - free, v_esc, cap * reach)
+        if reach < 2.0 * least:
+            able = max(reach - least, 0.0) / least
+            low[i] = able * low[i] - (1.0 - able) * reach
 
 
 def own_rows(robot: Robot, posture: Posture, gaps: Gaps, params: Params, most: int = 8) -> Rows:
@@ -208,19 +221,28 @@ def joined(one: Rows, two: Rows) -> Rows:
     )
 
 
-def eased(rows: Rows, previous: Array, dt: float) -> Rows:
-    """The rows with retreats that are not urgent eased in from the last command (n,)."""
+def eased(rows: Rows, robot: Robot, previous: Array, dt: float) -> Rows:
+    """The rows with demands that grow, from the last command (n,), no faster than is wise.
+
+    Half of the reachable acceleration, as the braking towards d_s counts on: all of it would
+    swing every joint for the last few mm/s. A retreat that is not urgent is taken up slowly.
+    """
     low = rows.low.copy()
-    _ease(rows.jacobian, rows.urgent, previous, min(dt / EASE, 1.0), low)
+    share = min(dt / EASE, 1.0)
+    _ease(rows.jacobian, rows.urgent, previous, robot.qdd_max * dt, share, low)
     return replace(rows, low=low)
 
 
 @compiled
-def _ease(J: Array, urgent: np.ndarray, previous: Array, share: float, low: Array) -> None:
+def _ease(
+    J: Array, urgent: np.ndarray, previous: Array, change: Array, share: float, low: Array
+) -> None:
     for i in range(len(low)):
-        rate = 0.0
+        rate, most = 0.0, 0.0
         for j in range(J.shape[1]):
             rate += J[i, j] * previous[j]
+            most += BRAKING * abs(J[i, j]) * change[j]
+        low[i] = min(low[i], rate + most)
         rate = max(rate, 0.0)
         if low[i] > rate and not urgent[i]:
             low[i] = rate + share * (low[i] - rate)

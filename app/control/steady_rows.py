@@ -20,8 +20,10 @@ SETTLE = 0.15  # [s] in which a surprise of `SURPRISE` is taken over
 SURPRISE = 0.02  # [m] smaller ones are taken over more slowly in proportion, as noise is
 NEARER, FARTHER = 0.01, 0.04  # [m] a measurement may be before, beyond what is believed
 MOVING = 0.12  # [m/s] what approaches faster is believed as measured
+CALM = 0.2  # [s] in which an approach is forgotten; it is believed at once
 TURN = 0.3  # [s] in which a direction is taken over
 KEEP, RECEDE = 0.2, 0.3  # [s] a lost pair stays, [m/s] it then moves away
+UNSURE = 0.012  # [m] a measured distance is too long by: between zones lies something nearer
 ROOM = 64  # pairs that are followed
 
 
@@ -55,7 +57,7 @@ class SteadyRows:
             self._approach, self._local, self._world, self._normal, self._apart, on_robot,
         )  # fmt: skip
         used = np.flatnonzero(self._link >= 0)
-        distance = self._distance[used]
+        distance = self._distance[used] - UNSURE
         steady = Pairs(
             link=self._link[used],
             distance=freeze(distance),
@@ -137,10 +139,11 @@ def _follow(
         elif free >= 0:
             t = free
             t_link[t], t_distance[t] = link[i], distance[i]
-            t_normal[t] = normal[i]
+            t_normal[t], t_approach[t] = normal[i], approach[i]
         else:
             continue
-        t_row[t], t_lost[t], t_approach[t] = i, 0.0, approach[i]
+        t_row[t], t_lost[t] = i, 0.0
+        t_approach[t] = max(approach[i], t_approach[t] * (1.0 - min(dt / CALM, 1.0)))
         T = T_base_link[link[i]]
         apart = 0.0
         for k in range(3):
@@ -153,7 +156,7 @@ def _follow(
     for t in range(len(t_link)):
         if t_link[t] >= 0 and t_row[t] < 0:
             t_lost[t] += dt
-            t_approach[t] = 0.0
+            t_approach[t] *= 1.0 - min(dt / CALM, 1.0)
             if t_lost[t] > KEEP:
                 t_distance[t] += RECEDE * dt
             if t_distance[t] >= reach:

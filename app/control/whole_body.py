@@ -22,6 +22,7 @@ from app.control.rows import (
     eased,
     joined,
     own_rows,
+    reach,
     that_can_bite,
 )
 from app.control.steady_rows import SteadyRows
@@ -36,6 +37,7 @@ PUSH = 0.02  # weight of the way out of a singularity
 ASTRAY = 0.2  # [rad/s] the arm does not follow: start from what was measured
 GIVES_WAY = 1e-3  # [m/s] slack from which on a bound counts as relaxed
 RELAXED_AFTER, RELAXED_SHARE = 0.2, 0.25  # [s], and the share of the speed from then on
+EASE_SHARE = 0.4  # [s] for the whole of the speed, so that slowing is no jolt
 UNSOLVED = 3  # ticks in a row
 EASE = 0.08  # [s] of each of two stages that ease the goal's twist in
 
@@ -53,7 +55,7 @@ class WholeBody:
     def reset(self, previous: Array | None = None) -> None:
         """Start again from rest, or from the command `previous` (n,) that is in force."""
         self.previous = np.zeros(self._robot.n) if previous is None else previous
-        self._unsolved, self._relaxed = 0, 0.0
+        self._unsolved, self._relaxed, self._share = 0, 0.0, 1.0
         self._eased = np.zeros((2, 6))
         self._steady.reset()
 
@@ -75,11 +77,14 @@ class WholeBody:
         Raises a FlinchError when there was no answer several times in a row.
         """
         relaxed = self._relaxed > RELAXED_AFTER
+        aim = RELAXED_SHARE if relaxed else 1.0
+        self._share += min(max(aim - self._share, -dt / EASE_SHARE), dt / EASE_SHARE)
         previous = self._in_force(joints)
-        low, high = self._box(joints, params.speed * share, relaxed, dt, previous)
-        steady, source = self._steady.update(posture, pairs, approach, params.d_inf, dt)
-        rows = eased(self._rows(posture, steady, params, low, high), previous, dt)
-        answer = solve(self._costs(posture, goal, params, previous, dt), rows, low, high)
+        low, high = self._box(joints, params.speed * share * self._share, dt, previous)
+        steady, source = self._steady.update(posture, pairs, approach, reach(params), dt)
+        rows = eased(self._rows(posture, steady, params, low, high), self._robot, previous, dt)
+        costs = self._costs(posture, goal, params, previous, dt)
+        answer = solve(costs, rows, low, high, params.lexicographic)
         if answer is None:
             self._unsolved += 1
             if self._unsolved >= UNSOLVED:
@@ -150,11 +155,10 @@ class WholeBody:
         return self.previous
 
     def _box(
-        self, joints: JointState, speed: float, relaxed: bool, dt: float, previous: Array
+        self, joints: JointState, speed: float, dt: float, previous: Array
     ) -> tuple[Array, Array]:
         """What the joints may do next; where limits contradict each other, position wins."""
-        share = RELAXED_SHARE * speed if relaxed else speed
-        box = velocity_box(self._robot, joints.q, share, dt, previous)
+        box = velocity_box(self._robot, joints.q, speed, dt, previous)
         low = np.minimum(np.maximum(box.low, previous - box.change), box.high)
         high = np.maximum(np.minimum(box.high, previous + box.change), box.low)
         return low, np.maximum(low, high)

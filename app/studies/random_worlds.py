@@ -3,14 +3,16 @@
 A world has one to four bodies around the arm, half of them moving, and a goal that jumps. The
 same seed gives the same world to each controller. A touch counts against a controller only
 where it could have been avoided: the touched link's own distance was perceived within `TRUE`
-of the truth all through the last `AHEAD` seconds, and no bound had to give way meanwhile. The
-others are listed with their cause.
+of the truth all through the last `AHEAD` seconds, and all that time there was a free direction
+(see `app.studies.free_direction`). Both are asked in the same way of every controller. The
+other touches are listed with their cause.
 """
 
-from collections import Counter
-from dataclasses import dataclass, replace
+from collections import Counter, deque
+from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -22,8 +24,10 @@ from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, load_skin
 from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
+from app.studies.free_direction import free_direction
 from app.studies.headless import JUDGED_EVERY
 from app.studies.report import Check, Report
+from app.studies.trial_log import Trial, TrialLog
 from app.studies.truth import TrueDistance
 from app.timing import ManualClock
 from app.world.motion import make_motion
@@ -34,38 +38,37 @@ from app.world.world import Body, World
 MODES: tuple[ControlMode, ...] = ("sm", "wb", "qp")
 AHEAD = 0.5  # [s] an obstacle must have been seen before a touch
 TRUE = 0.10  # [m] perceived minus true distance up to which it counts as seen
-GAVE_WAY = 1e-3  # [m/s] slack from which on no free direction was left
 CLEAR = 0.35  # [m] true distance of every body at the start
 NEW_GOAL = 4.0  # [s] between goals
 ROUNDING = 1e-9
 
 
-@dataclass
-class Trial:
-    """What one controller did in one world; excesses over limits, worst of all ticks."""
+def random_worlds(
+    worlds: int, seconds: float, seed: int = 0, rate: float = 125.0, log: Path | None = None
+) -> Report:
+    """`worlds` worlds for `seconds` each, under every controller.
 
-    seed: int
-    mode: str
-    least: float = np.inf  # [m] true distance
-    speed: float = -np.inf  # [rad/s]
-    change: float = -np.inf  # [rad/s^2] of the command
-    reach: float = -np.inf  # [rad]
-    finite: bool = True
-    fault: str = ""
-    touch: dict[str, Any] | None = None
+    log: a file of trials; those in it are not run again, and each new one is added to it.
+    """
+    done = TrialLog(log, {"seconds": seconds, "rate": rate})
+    wanted = [(seed + i, mode) for i in range(worlds) for mode in MODES]
+    _run(done, done.missing(wanted), seconds, rate)
+    trials = [done.done[w] for w in wanted]
+    return _report(trials, worlds, seconds, seed)
 
 
-def random_worlds(worlds: int, seconds: float, seed: int = 0, rate: float = 125.0) -> Report:
-    """`worlds` worlds for `seconds` each, under every controller."""
+def _run(log: TrialLog, wanted: list[tuple[int, str]], seconds: float, rate: float) -> None:
+    if not wanted:
+        return
     robot = load_robot(find_robot("ur10e"))
     assert robot.skin is not None
     skin = load_skin(robot.folder / robot.skin, robot)
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
-    trials = [
-        run_trial(robot, skin, truth, seed + i, mode, seconds, rate)
-        for i in range(worlds)
-        for mode in MODES
-    ]
+    for seed, mode in wanted:
+        log.add(run_trial(robot, skin, truth, seed, cast(ControlMode, mode), seconds, rate))
+
+
+def _report(trials: list[Trial], worlds: int, seconds: float, seed: int) -> Report:
     rows = [_row(mode, [t for t in trials if t.mode == mode], seconds) for mode in MODES]
     rows += [
         {"name": f"touch {t.mode} seed {t.seed}", **t.touch} for t in trials if t.touch is not None
@@ -102,7 +105,9 @@ def run_trial(
     goals = [random_goal(robot, rng) for _ in range(int(seconds / NEW_GOAL) + 2)]
     source = SimulatedSkin(robot, skin, world, seed)
     arm = SimulatedArm(robot)
-    chosen = replace(params or Params(), mode=mode)
+    whole = mode == "qp"  # with what it is meant to be run with
+    chosen = params or Params(memory=whole, many_pairs=whole)
+    chosen = replace(chosen, mode=mode)
     engine = Engine(
         robot, skin, arm, source, world, ManualClock(), params=chosen, goal=goals[0], rate=rate
     )
@@ -119,6 +124,14 @@ def run_trial(
             engine.post(SetGoal(goals[turn].T_base_tool))
 
 
+class _Past(NamedTuple):
+    """A judged moment: true and perceived distance of each moving link."""
+
+    snapshot: Snapshot
+    true: Array
+    seen: Array
+
+
 class _Watch:
     def __init__(
         self, trial: Trial, robot: Robot, truth: TrueDistance, world: World, rate: float
@@ -127,7 +140,7 @@ class _Watch:
         self._moving = np.flatnonzero(robot.supports.any(axis=1))
         self._previous = np.zeros(robot.n)
         self._period, self._judged = 1.0 / rate, -np.inf
-        self._past: list[tuple[float, Array, Array, float]] = []
+        self._past: deque[_Past] = deque()
 
     def see(self, s: Snapshot) -> None:
         """Take note of one tick."""
@@ -147,32 +160,43 @@ class _Watch:
         true = self._truth.measure(s.T_base_link, self._world)[self._moving]
         seen = np.full(len(robot.links), np.inf)
         np.minimum.at(seen, s.body.link, s.body.distance)
-        self._past.append((s.stamp, true, seen[self._moving], s.command.slack))
+        self._past.append(_Past(s, true, seen[self._moving]))
+        while self._past[0].snapshot.stamp <= s.stamp - AHEAD:
+            self._past.popleft()
         t.least = min(t.least, float(true.min()))
         if true.min() <= 0.0 and t.touch is None:
             t.touch = self._judge(s, int(np.argmin(true)))
 
     def _judge(self, s: Snapshot, i: int) -> dict[str, Any]:
         """The first touch: of which link, by what, and why."""
-        past = [p for p in self._past if p[0] > s.stamp - AHEAD]
-        seen = all(p[2][i] - p[1][i] <= TRUE for p in past)
-        slack = max(p[3] for p in past)
-        speed = (past[0][1][i] - past[-1][1][i]) / max(past[-1][0] - past[0][0], 1e-9)
+        past = list(self._past)
+        seen = all(p.seen[i] - p.true[i] <= TRUE for p in past)
+        free = all(self._free(a, b) for a, b in pairwise(past))
+        passed = max(past[-1].snapshot.stamp - past[0].snapshot.stamp, 1e-9)
         name = self._truth.nearest(s.T_base_link, self._world)[int(self._moving[i])][1]
-        cause = "avoidable"
+        cause = "avoidable" if free else "no free direction"
         if not seen:
             cause = f"not seen {AHEAD:g} s ahead"
-        elif slack > GAVE_WAY:
-            cause = "no free direction"
         return {
             "at_s": s.stamp,
             "link": self._robot.links[int(self._moving[i])],
             "body": name,
-            "closing_mps": float(speed),
-            "slack_mps": float(slack),
+            "closing_mps": float((past[0].true[i] - past[-1].true[i]) / passed),
+            "slack_mps": max(p.snapshot.command.slack for p in past),
             "arm_rad_s": float(np.abs(s.joints.qd).max()),
             "cause": cause,
         }
+
+    def _free(self, a: _Past, b: _Past) -> bool:
+        """Was there a way out at `a`, for the speed at which the obstacles came until `b`?"""
+        s, robot = a.snapshot, self._robot
+        posture, body = robot.posture(s.joints.q), s.body
+        J = posture.distance_rows(body.link, body.on_robot, body.normal)
+        opening = np.zeros(len(robot.links))
+        passed = b.snapshot.stamp - s.stamp
+        opening[self._moving] = (b.true - a.true) / passed
+        coming = np.nan_to_num(J @ s.joints.qd - opening[body.link], nan=0.0, posinf=0.0)
+        return free_direction(robot, posture, body, coming, s.params.speed)
 
 
 def random_world(robot: Robot, truth: TrueDistance, rng: np.random.Generator) -> World:

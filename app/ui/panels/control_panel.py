@@ -27,6 +27,7 @@ CONTROL: dict[ControlMode, str] = {
     "sm": "Sensor mounts (SM)",
     "multi": "Whole body, every link",
     "qp": "Whole body, bounds (QP)",
+    "ssm": "Slow and stop only (SSM)",
 }
 assert set(CONTROL) == set(get_args(ControlMode))
 

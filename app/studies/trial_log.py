@@ -1,0 +1,70 @@
+"""Trials on disk, one JSON object a line, so that hours of them survive a stop."""
+
+import json
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.errors import ConfigError
+
+
+@dataclass
+class Trial:
+    """What one controller did in one world; excesses over limits, worst of all ticks."""
+
+    seed: int
+    mode: str
+    least: float = np.inf  # [m] true distance
+    speed: float = -np.inf  # [rad/s]
+    change: float = -np.inf  # [rad/s^2] of the command
+    reach: float = -np.inf  # [rad]
+    finite: bool = True
+    fault: str = ""
+    touch: dict[str, Any] | None = None
+
+
+class TrialLog:
+    """Appends each trial as it is done, and knows those of the same settings done before."""
+
+    def __init__(self, path: Path | None, settings: dict[str, float]) -> None:
+        """Only in the memory without a `path`; ConfigError for a file that is no such log."""
+        self._path, self._settings = path, settings
+        self.done: dict[tuple[int, str], Trial] = {}
+        if path is None:
+            return
+        try:
+            lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+        except (OSError, UnicodeDecodeError) as e:
+            raise ConfigError(f"{path}: cannot be read ({e}); give another file") from e
+        for number, line in enumerate(lines, 1):
+            try:
+                entry = json.loads(line)
+                known, trial = entry["settings"], Trial(**entry["trial"])
+            except (ValueError, KeyError, TypeError) as e:
+                raise ConfigError(
+                    f"{path}, line {number}: not a trial; remove it or give another file"
+                ) from e
+            if known != settings:
+                raise ConfigError(
+                    f"{path}, line {number}: made with {known}, not {settings}; give another file"
+                )
+            self.done[trial.seed, trial.mode] = trial
+
+    def add(self, trial: Trial) -> None:
+        """Note a trial that is done."""
+        self.done[trial.seed, trial.mode] = trial
+        if self._path is None:
+            return
+        entry = {"settings": self._settings, "trial": asdict(trial)}
+        try:
+            with self._path.open("a", encoding="utf-8") as f:
+                f.write(json.dumps(entry) + "\n")
+        except OSError as e:
+            raise ConfigError(f"{self._path}: cannot be written ({e}); give another file") from e
+
+    def missing(self, wanted: Iterable[tuple[int, str]]) -> list[tuple[int, str]]:
+        """Those of the wanted (seed, mode) that are not done."""
+        return [w for w in wanted if w not in self.done]
