@@ -10,6 +10,7 @@ from embreex import rtcore, rtcore_scene
 from embreex.mesh_construction import TriangleMesh
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array
 
 MISS = np.float32(np.inf)
@@ -46,12 +47,18 @@ class RigidMesh:
         return np.where(t < 1e30, t, MISS)
 
 
+@compiled
 def to_body(
     T_base_body: Array, points: Array, directions: Array
 ) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
     """Base-frame points (n, 3) and directions (n, 3) in the frame of a posed body, float32."""
-    R = T_base_body[:3, :3]
-    return (
-        np.ascontiguousarray((points - T_base_body[:3, 3]) @ R, dtype=np.float32),
-        np.ascontiguousarray(directions @ R, dtype=np.float32),
-    )
+    T = T_base_body
+    at, way = np.empty(points.shape, np.float32), np.empty(points.shape, np.float32)
+    for n in range(len(points)):
+        x, y, z = points[n, 0] - T[0, 3], points[n, 1] - T[1, 3], points[n, 2] - T[2, 3]
+        for i in range(3):
+            at[n, i] = T[0, i] * x + T[1, i] * y + T[2, i] * z
+            way[n, i] = (
+                T[0, i] * directions[n, 0] + T[1, i] * directions[n, 1] + T[2, i] * directions[n, 2]
+            )
+    return at, way

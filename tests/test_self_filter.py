@@ -232,7 +232,7 @@ def test_health_names_what_a_sensor_does():
     health = SkinHealth(np.array([True, True, True, False]))
     for i in range(20):
         values = 1.0 + 0.001 * (i % 3)  # a sensor that repeats itself would be called frozen
-        health.update([frame(0, i / 15, values), frame(1, i / 15, values, status=4)])
+        health.update([frame(0, i / 15, values), frame(1, i / 15, values, status=4)], i / 15)
     states = health.states(19 / 15 + 0.1, 0.2)
     assert [SensorHealth(s).name for s in states] == ["GOOD", "POOR", "WAITING", "ABSENT"]
     assert health.rates()[0] == pytest.approx(15.0)

@@ -114,7 +114,7 @@ def test_each_way_to_be_of_little_use_has_its_name(make, state):
     health = SkinHealth(np.array([True]))
     for i in range(40):
         f = make(rng, i)
-        health.update([f])
+        health.update([f], f.stamp)
     assert SensorHealth(health.states(f.stamp, 0.5)[0]) is state
 
 
@@ -123,5 +123,5 @@ def test_a_repeated_stamp_is_not_taken_for_frozen_values():
     health = SkinHealth(np.array([True]))
     for i in range(20):
         f = noisy(rng, i)
-        health.update([f, f, f])
+        health.update([f, f, f], f.stamp)
     assert SensorHealth(health.states(19 / 15, 0.5)[0]) is SensorHealth.GOOD

@@ -14,10 +14,10 @@ from app.messages import SLOTS, Array, SensorFrame, freeze
 from app.raycast import MISS
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import FIELD_OF_VIEW, PULSE, PULSE_SHARE, Skin, range_noise, zone_directions
+from app.robot.skin import FIELD_OF_VIEW, Skin, range_noise, zone_directions
+from app.sensing import zones
 from app.sensing.error_model import (
     FIRST,
-    MERGE_DEPTH,
     MERGED,
     NO_TARGET,
     UNCONFIRMED,
@@ -55,7 +55,14 @@ class SimulatedSkin(Unfailing):
         self._latency = latency
         self._random = np.random.default_rng(seed)
         self._rays = [_sub_rays(skin, k) for k in range(skin.count)]
+        self._cosine = [r @ axis for r, axis in zip(self._rays, skin.axis, strict=True)]
         self._own = [self._own_hits(k) for k in range(skin.count)]
+        self._centre = np.array([m.centre for m in robot.rigid])
+        self._radius = np.array([m.radius for m in robot.rigid])
+        self._T, self._seen = (
+            np.tile(np.eye(4), (len(self._radius), 1, 1)),
+            np.zeros(len(self._radius), dtype=bool),
+        )
         self._range = [self._errors.range_90(s.resolution) for s in skin.sensors]
         bias = self._random.normal(0.0, self._errors.zone_bias, (skin.count, SLOTS))
         self._bias = np.clip(bias, -0.04, 0.04)
@@ -87,31 +94,32 @@ class SimulatedSkin(Unfailing):
         """The truth in each zone of sensor k, for the error model and for judging filters."""
         link = int(self._skin.link[k])
         T = posture.T_base_link[link]
-        rays = self._rays[k]
-        zones = self._skin.sensors[k].resolution ** 2
-        origin = T[:3, :3] @ self._skin.origin[k] + T[:3, 3]
-        axis = T[:3, :3] @ self._skin.axis[k]
-        directions = rays @ T[:3, :3].T
-        origins = np.broadcast_to(origin, directions.shape)
-        hit = self._world.cast(origins, directions, (origin, axis, float(CONE), FAR))
-        label = np.where(np.isfinite(hit), -1, -2).astype(np.int16)
+        rays, lens = self._rays[k], self._skin.origin[k]
+        origin, axis = T[:3, :3] @ lens + T[:3, 3], T[:3, :3] @ self._skin.axis[k]
+        lenses = np.tile(origin, (len(rays), 1))
+        hit = self._world.cast(lenses, rays @ T[:3, :3].T, (origin, axis, float(CONE), FAR))
+        label = np.where(hit < MISS, -1, -2).astype(np.int16)
         own, own_label = self._own[k]
         label = np.where(own < hit, own_label, label)
         hit = np.minimum(hit, own)
-        for i, mesh in enumerate(self._robot.rigid):
-            if self._robot.welded[link, i]:
-                continue
-            T_body_link = _relative(posture.T_base_link[i], T)
-            at = T_body_link[:3, :3] @ self._skin.origin[k] + T_body_link[:3, 3]
-            along = T_body_link[:3, :3] @ self._skin.axis[k]
-            if not _in_cone(mesh.centre - at, along, mesh.radius):
-                continue
-            rays_body = np.ascontiguousarray(rays @ T_body_link[:3, :3].T, dtype=np.float32)
-            t = mesh.cast(np.tile(at.astype(np.float32), (len(rays_body), 1)), rays_body)
+        zones.aim(
+            posture.T_base_link, link, self._robot.welded[link], self._centre, self._radius,
+            lens, self._skin.axis[k], float(CONE), FAR, self._T, self._seen,
+        )  # fmt: skip
+        for i in np.flatnonzero(self._seen).tolist():
+            t = self._robot.rigid[i].cast(*zones.turned(self._T[i], lens, rays))
             label[t < hit] = i
             hit = np.minimum(hit, t)
-        depth = (hit * (rays @ self._skin.axis[k])).reshape(zones, SUB)
-        return _nearest_cluster(depth, label.reshape(zones, SUB))
+        out = Reading(
+            depth=np.full(SLOTS, np.inf),
+            merged=np.zeros(SLOTS, dtype=bool),
+            label=np.full(SLOTS, -2, dtype=np.int16),
+            pure=np.ones(SLOTS, dtype=bool),
+        )
+        zones.gather(
+            hit, label, self._cosine[k], SUB, out.depth, out.merged, out.label, out.pure
+        )  # fmt: skip
+        return out
 
     def _frame(self, k: int, now: float, posture: Posture) -> SensorFrame:
         truth = self.read(k, posture)
@@ -172,48 +180,3 @@ def _sub_rays(skin: Skin, k: int) -> Array:
     columns = (column[:, None] + (step_column - 1.0) / 3.0).ravel()
     d = zone_directions(sensor, rows, columns) @ sensor.T_link_sensor[:3, :3].T
     return d / np.linalg.norm(d, axis=1, keepdims=True)
-
-
-def _nearest_cluster(depth: Array, label: NDArray[np.int16]) -> Reading:
-    """Merge the sub-rays (zones, 9) of each zone as the sensor's pulse detection does."""
-    zones = len(depth)
-    rows = np.arange(zones)
-    first = depth.min(axis=1)
-    reach = first + np.maximum(PULSE, PULSE_SHARE * first)
-    cluster = depth <= reach[:, None]
-    count = cluster.sum(axis=1)
-    with np.errstate(invalid="ignore"):
-        mean = np.where(cluster, depth, 0.0).sum(axis=1) / np.maximum(count, 1)
-    mean[~np.isfinite(first)] = MISS
-    behind = ~cluster & (depth < (first + MERGE_DEPTH)[:, None])
-    out = Reading(
-        depth=np.full(SLOTS, np.inf),
-        merged=np.zeros(SLOTS, dtype=bool),
-        label=np.full(SLOTS, -2, dtype=np.int16),
-        pure=np.ones(SLOTS, dtype=bool),
-    )
-    out.depth[:zones] = mean
-    out.merged[:zones] = behind.any(axis=1)
-    out.label[:zones] = label[rows, depth.argmin(axis=1)]
-    out.pure[:zones] = (label == label[:, :1]).all(axis=1)
-    return out
-
-
-def _relative(T_base_a: Array, T_base_b: Array) -> Array:
-    """T_a_b of two posed frames."""
-    T = np.eye(4)
-    Rt = T_base_a[:3, :3].T
-    T[:3, :3] = Rt @ T_base_b[:3, :3]
-    T[:3, 3] = Rt @ (T_base_b[:3, 3] - T_base_a[:3, 3])
-    return T
-
-
-def _in_cone(offset: Array, axis: Array, radius: float) -> bool:
-    """May a ray of the sensor's cone reach a sphere at `offset` from the lens?"""
-    distance = float(np.linalg.norm(offset))
-    if distance <= radius:
-        return True
-    if distance - radius > FAR:
-        return False
-    angle = np.arccos(np.clip(float(offset @ axis) / distance, -1.0, 1.0))
-    return bool(angle <= CONE + np.arcsin(radius / distance))
