@@ -61,9 +61,9 @@ def watched(ur, robot):
 
 
 @pytest.fixture
-def patient(monkeypatch):
+def patient(ur):
     """A watchdog that a stall of a busy machine does not set off, where it is not the matter."""
-    monkeypatch.setattr("app.robot.ur.control.WATCHDOG", 1.0)
+    ur.call("be_patient", 1.0)
 
 
 @pytest.fixture
