@@ -240,6 +240,16 @@ def test_a_program_that_was_stopped_on_the_pendant_is_named_and_begun_again_by_a
     driven_until(moved, lambda r: r.ready, 0.2)
 
 
+def test_a_client_that_dies_takes_nothing_with_it_and_the_arm_stands(ur, brisk):
+    died = ur.get("now")
+    brisk._control._process.kill()
+    report, applied = drive(brisk, 0.4, SPEED)
+    assert "connection is lost" in report.fault or "press Run" in report.fault
+    assert not applied.any() and standing_after(ur.get("trace"), died) <= 0.2
+    brisk.engage()
+    driven_until(brisk, lambda r: r.ready, 0.2)
+
+
 # --- with the engine ------------------------------------------------------------------------
 
 
