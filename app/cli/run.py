@@ -114,16 +114,18 @@ def _serve(setup: Setup, params: Params, port: int, open_browser: bool) -> None:
     """Engine and page until the process is asked to end."""
     from app.ui.page import Page
 
+    quit_asked = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: quit_asked.set())
     engine = build_engine(setup, WallClock(), params)
     try:
         page = Page(engine, "127.0.0.1", port)
     except BaseException:
         engine.stop()
         raise
-    quit_asked = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: quit_asked.set())
     try:
+        if quit_asked.is_set():
+            return  # asked before anything could move
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)
