@@ -61,9 +61,9 @@ def watched(ur, robot):
 
 
 @pytest.fixture
-def patient(monkeypatch):
+def patient(ur):
     """A watchdog that a stall of a busy machine does not set off, where it is not the matter."""
-    monkeypatch.setattr("app.robot.ur.control.WATCHDOG", 1.0)
+    ur.call("be_patient", 1.0)
 
 
 @pytest.fixture
@@ -238,6 +238,16 @@ def test_a_program_that_was_stopped_on_the_pendant_is_named_and_begun_again_by_a
     assert "control program has ended" in report.fault and not applied.any()
     moved.engage()
     driven_until(moved, lambda r: r.ready, 0.2)
+
+
+def test_a_client_that_dies_takes_nothing_with_it_and_the_arm_stands(ur, brisk):
+    died = ur.get("now")
+    brisk._control._process.kill()
+    report, applied = drive(brisk, 0.4, SPEED)
+    assert "connection is lost" in report.fault or "press Run" in report.fault
+    assert not applied.any() and standing_after(ur.get("trace"), died) <= 0.2
+    brisk.engage()
+    driven_until(brisk, lambda r: r.ready, 0.2)
 
 
 # --- with the engine ------------------------------------------------------------------------

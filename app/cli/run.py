@@ -134,6 +134,9 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
     """Engine and page until the process is asked to end."""
     from app.ui.page import Page
 
+    quit_asked = threading.Event()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda *_: quit_asked.set())
     engine = build_engine(setup, WallClock(), params)
     host, port, token, origins = entrance
     try:
@@ -141,10 +144,9 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
     except BaseException:
         engine.stop()
         raise
-    quit_asked = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: quit_asked.set())
     try:
+        if quit_asked.is_set():
+            return  # asked before anything could move
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)

@@ -2,7 +2,7 @@
 
     states  ◄── stream.py  ◄── RTDE
     report  ◄── what the robot says of itself, in words
-    send    ──► control.py ──► the control program, only with `armed`
+    send    ──► apart.py ──► control.py ──► the control program, only with `armed`
 
 Without `armed` nothing is ever sent. After whatever stopped the arm, it is looked after again
 by itself, but commands go out again only when a person has asked for motion (`engage`).
@@ -17,7 +17,7 @@ from app.errors import RobotError
 from app.messages import Array, JointState
 from app.robot.arm import ArmReport
 from app.robot.model import Robot
-from app.robot.ur.control import Control
+from app.robot.ur.apart import ControlApart
 from app.robot.ur.safety import trouble
 from app.robot.ur.stream import LOST, Stream
 
@@ -41,7 +41,7 @@ class UrArm:
         self._host, self._armed = host, armed
         known = re.fullmatch(r"(ur\d+)e?", robot.name)  # the dashboard names no series
         self._model = known[1].upper() if known else ""
-        self._control: Control | None = None
+        self._control: ControlApart | None = None
         self._refused = ""  # why no control program runs
         self._beginning: threading.Thread | None = None
         self._leaving: threading.Thread | None = None
@@ -97,10 +97,11 @@ class UrArm:
 
     def close(self) -> None:
         """Brake to rest, end the control program, leave."""
-        if self._beginning is not None:
-            self._beginning.join()
+        for thread in (self._beginning, self._leaving):
+            if thread is not None:
+                thread.join()
         if self._control is not None:
-            self._control.close(self._stream.speed)
+            self._control.close()
             self._control = None
         self._stream.close()
 
@@ -108,12 +109,12 @@ class UrArm:
         why = trouble(self._stream.report())
         if why:
             raise RobotError(f"{self._host}: {why}")
-        self._control = Control(self._host, self._model)
+        self._control = ControlApart(self._host, self._model)
 
     def _begin_later(self) -> None:
         self._refused = ""
         if self._leaving is not None:
-            self._leaving.join()  # the end of an old client holds the interpreter for half a second
+            self._leaving.join()  # two clients would fight for the same registers
         try:
             self._begin()
         except RobotError as error:
@@ -123,7 +124,7 @@ class UrArm:
         """Send nothing more: the arm is stopped by itself, or its watchdog stops it."""
         if self._control is not None:
             self._leaving = threading.Thread(
-                target=self._control.abandon, name="ur-leave", daemon=True
+                target=self._control.close, name="ur-leave", daemon=True
             )
             self._control = None
             self._leaving.start()

@@ -6,7 +6,7 @@ import numpy as np
 from rtde_receive import RTDEReceiveInterface
 
 from app.errors import RobotError
-from app.messages import Array, JointState, freeze
+from app.messages import JointState, freeze
 from app.robot.ur.clock import ControllerClock
 from app.robot.ur.probe import probe
 from app.robot.ur.safety import Report
@@ -47,10 +47,6 @@ class Stream:
             q, qd = np.array(receive.getActualQ()), np.array(receive.getActualQd())
             self.last = JointState(self._clock.stamp(theirs, now), freeze(q), freeze(qd))
         return self.last
-
-    def speed(self) -> Array:
-        """The newest joint velocities (6,) [rad/s], whenever they came."""
-        return np.array(self._receive.getActualQd())
 
     def lost(self, now: float) -> str:
         """Why there is no state that is fresh at `now` [s]; empty when there is one."""

@@ -49,6 +49,7 @@ class Controller:
         self._ints_in, self._ints_out = [0] * 48, [0] * 48
         self._doubles_in = [0.0] * 48
         self._written = 0.0
+        self._patience = 0.0
         for fault in faults:
             if fault.kind == "local":
                 self.remote = False
@@ -155,9 +156,13 @@ class Controller:
     def int_out(self, index: int, value: int) -> None:
         self._ints_out[index] = value
 
+    def be_patient(self, seconds: float) -> None:
+        """Give every watchdog so much more time, where the machine is too busy for it."""
+        self._patience = seconds
+
     def since_write(self) -> float:
         """Seconds since a client has written the command register."""
-        return self.now - self._written
+        return self.now - self._written - self._patience
 
     # --- time -----------------------------------------------------------------------------
 
