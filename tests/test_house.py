@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 from app.cli import Run
-from app.cli.skin import SkinEmulate
+from app.cli.bench import Bench
+from app.cli.ranges import CalibrateRanges
+from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate
 from app.cli.ur import Ur
 from app.config import tunables
 
@@ -95,7 +97,7 @@ def test_every_flag_in_the_readme_exists() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     used = set(re.findall(r"^\.venv/bin/flinch .*?(?=\s{2,}#|$)", text, re.M))
     flags = {flag for line in used for flag in re.findall(r"--([a-z-]+)", line)}
-    commands = (Run, SkinEmulate, Ur)
+    commands = (Run, Bench, CalibrateFilter, CalibrateRanges, SkinCheck, SkinEmulate, Ur)
     known = {f.name.replace("_", "-") for command in commands for f in fields(command)} | {
         t.name.replace("_", "-") for t in tunables()
     }

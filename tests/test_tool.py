@@ -65,11 +65,12 @@ def test_the_self_filter_knows_the_tool(armed):
     skin = build_skin("one", (Sensor("s", "wrist_3_link", T, 8, 0, False),), armed)
     posture, params = armed.posture(armed.home), Params()
     far = np.full((1, 64), 4.0)
-    _, link, gap, _ = SelfFilter(armed, skin).judge(np.array([0]), far, posture, params)
+    judged = SelfFilter(armed, skin).judge(np.array([0]), far, posture, params)
+    link, gap = judged.link, judged.gap
     sees = (link[0] == armed.link_index("screwdriver")) & np.isfinite(gap[0])
     assert sees.any()
     depth = np.where(sees, 4.0 + gap[0], 0.05)[None]
-    verdict = SelfFilter(armed, skin).judge(np.array([0]), depth, posture, params)[0]
+    verdict = SelfFilter(armed, skin).judge(np.array([0]), depth, posture, params).verdict
     assert (verdict[0][sees] == Verdict.SELF).all()
 
 

@@ -79,6 +79,12 @@ def test_the_typed_address_lets_the_arm_move(capsys):
     assert "no safety function" in shown and "NOT ON THE ARM" not in shown
 
 
+@pytest.mark.parametrize("sensors", ["simulated", "serial:/dev/ttyACM0=ring1+simulated"])
+def test_sensors_that_are_not_on_the_arm_are_called_so(sensors, capsys):
+    confirm("ur:192.0.2.7", sensors, lambda question: "192.0.2.7")
+    assert "NOT ON THE ARM" in capsys.readouterr().out
+
+
 @pytest.mark.parametrize("typed", ["", "yes", "192.0.2.8"])
 def test_anything_else_that_is_typed_refuses(typed):
     with pytest.raises(ConfigError, match="nothing was sent"):

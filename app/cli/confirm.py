@@ -14,6 +14,9 @@ Flinch is about to move the real arm at {host}.
 BLIND = """
   THESE SENSORS ARE NOT ON THE ARM: it will see nobody who stands beside it."""
 
+PARTLY = """
+  SOME OF THESE SENSORS ARE NOT ON THE ARM: where they should be, it sees nobody."""
+
 
 def confirm(driver: str, sensors: str, ask: Callable[[str], str] | None = None) -> None:
     """Have a person type the arm's address; ConfigError, and nothing has begun, otherwise.
@@ -25,7 +28,8 @@ def confirm(driver: str, sensors: str, ask: Callable[[str], str] | None = None) 
         if not sys.stdin.isatty():
             raise ConfigError("--arm asks a person; start it at a terminal")
         ask = input
-    blind = "" if sensors.startswith("serial") else BLIND
+    real, simulated, _ = sensors.partition("+simulated")
+    blind = (PARTLY if simulated else "") if real.startswith("serial") else BLIND
     print(WARNING.format(host=host, sensors=sensors, blind=blind), flush=True)
     try:
         typed = ask(f"Type the arm's address ({host}) to go on: ")
