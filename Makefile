@@ -38,12 +38,12 @@ check: $(DEV) ## lint, types and imports only
 slow: $(DEV) $(MODEL) browser ## the tests that take minutes
 	$(PY) -m pytest -m "slow and not peers and not hardware" $(ARGS)
 
-peers-env: $(DEV) ## environments for the peers whose pins clash with ours
+peers-env: $(DEV) ## the peers to compare with; Open3D, whose pins clash with ours, apart
+	$(PIP_INSTALL) -e '.[peers]'
 	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
 	  apt-get install -y -qq libusb-1.0-0 libgl1 libgomp1 libx11-6 >/dev/null; fi # for Open3D
-	for peer in open3d==0.20.0 roboplan==0.7.0; do \
-	  $(PY) -m venv $(VENV)/peers/$${peer%%==*} && \
-	  $(VENV)/peers/$${peer%%==*}/bin/pip install --quiet $$peer || exit 1; done
+	$(PY) -m venv $(VENV)/peers/open3d
+	$(VENV)/peers/open3d/bin/pip install --quiet --disable-pip-version-check open3d==0.20.0
 
 peers: $(DEV) ## the comparisons with other software
 	$(PY) -m pytest -m "peers and not hardware" $(ARGS)

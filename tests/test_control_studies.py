@@ -6,9 +6,14 @@ import numpy as np
 import pytest
 
 from app.cli import main
+from app.errors import ConfigError
+from app.messages import Pairs
 from app.studies.bench_control import make_cases
+from app.studies.free_direction import free_direction
+from app.studies.plot import check_plot, plot_tradeoff
 from app.studies.random_worlds import CLEAR, random_goal, random_world, run_trial
 from app.studies.tradeoff import Point, jerk_rms, run_point, switches
+from app.studies.trial_log import Trial, TrialLog
 from app.studies.truth import TrueDistance
 
 
@@ -46,9 +51,64 @@ def test_smoothness_and_chatter_are_measured_as_defined():
 
 
 def test_a_point_of_the_trade_off_has_the_figures(robot):
-    row = run_point(Point("front-panel", "qp", 0.2), 0.5, 0, 100.0)
+    row = run_point(Point("front-panel", "qp", True, 0.2), 0.5, 0, 100.0)
     assert row["least_m"] > 0.2 and row["stops"] == 0 and row["jerk_rms"] > 0.0
-    assert Point("cell", "wb", 0.2).params().d_min == pytest.approx(0.15)
+    assert row["distal_least_m"] >= row["least_m"] and row["mode"] == "qp"
+    paper = Point("cell", "wb", False, 0.2)
+    assert paper.params().d_min == pytest.approx(0.15) and not paper.params().memory
+    assert Point("cell", "wb", True, 0.2).name == "wb with memory"
+
+
+def test_the_trade_off_is_drawn_and_what_cannot_be_drawn_is_refused_before_the_runs(tmp_path):
+    pytest.importorskip("matplotlib")
+    rows = [
+        {"scene": scene, "mode": mode, "kept_m": kept, "least_m": kept, "goal_error_m": 0.3 - kept,
+         "distal_p5_m": kept, "waypoints_per_min": 9.0 if scene == "cell" else 0.0}
+        for scene in ("front-panel", "cell") for mode in ("wb", "qp") for kept in (0.15, 0.25)
+    ]  # fmt: skip
+    for kind in ("png", "svg"):
+        path = tmp_path / f"points.{kind}"
+        check_plot(path)
+        plot_tradeoff(rows, path)
+        assert path.stat().st_size > 5_000
+    for wrong, word in (
+        (tmp_path / "points.pdf", "ends in"),
+        (tmp_path / "no" / "p.png", "folder"),
+    ):
+        with pytest.raises(ConfigError, match=word):
+            check_plot(wrong)
+
+
+def test_a_free_direction_is_one_that_leaves_every_near_link_room(robot):
+    posture = robot.posture(robot.home)
+
+    def free(distances, normals, coming):
+        k = len(distances)
+        link, on = np.full(k, 6), np.tile(posture.T_base_tool[:3, 3], (k, 1))
+        d, n = np.array(distances), np.array(normals, float)
+        pairs = Pairs(link, d, on, on - d[:, None] * n, n, np.arange(k), 0)
+        return free_direction(robot, posture, pairs, np.array(coming), 0.5)
+
+    x, y = [1.0, 0, 0], [0, 1.0, 0]
+    back = [-1.0, 0, 0]
+    assert free([0.05], [x], [0.2]) and free([0.05, 0.05], [x, y], [0.1, 0.1])
+    assert not free([0.05, 0.05], [x, back], [0.1, 0.0])  # a wall behind
+    assert free([0.05, 0.40], [x, back], [0.1, 0.0])  # which is far enough
+    assert not free([0.05], [x], [5.0])  # too fast for any joint
+
+
+def test_trials_are_kept_on_disk_and_are_not_run_again(tmp_path):
+    path, settings = tmp_path / "trials.jsonl", {"seconds": 1.0, "rate": 100.0}
+    log = TrialLog(path, settings)
+    log.add(Trial(3, "qp", least=0.2, touch={"cause": "no free direction"}))
+    again = TrialLog(path, settings)
+    assert again.done[3, "qp"].touch == {"cause": "no free direction"}
+    assert again.missing([(3, "qp"), (3, "wb")]) == [(3, "wb")]
+    with pytest.raises(ConfigError, match="made with"):
+        TrialLog(path, {"seconds": 2.0, "rate": 100.0})
+    path.write_text("{}\n")
+    with pytest.raises(ConfigError, match="line 1: not a trial"):
+        TrialLog(path, settings)
 
 
 def test_the_benchs_pairs_are_new_in_every_case_and_on_links_that_move(robot):

@@ -25,12 +25,21 @@ class Experiment:
     """Seed of the first world, of the noise and of the people's habits."""
     log: Path | None = None
     """worlds: a file that each run is added to; what is in it already is not run again."""
+    plot: Path | None = None
+    """tradeoff: also draw the points into this PNG or SVG file."""
     json: bool = False
     """Print one JSON object."""
 
     def __post_init__(self) -> None:
         if self.worlds < 1 or not 0.0 < self.seconds < 1e6 or not 0.0 < self.cell_seconds < 1e6:
             raise ConfigError("worlds, seconds and cell-seconds must be positive")
+
+        if self.plot is not None:
+            if self.what != "tradeoff":
+                raise ConfigError("plot is for tradeoff only; leave it out with worlds")
+            from app.studies.plot import check_plot
+
+            check_plot(self.plot)
 
     def __call__(self) -> None:
         if self.what == "worlds":
@@ -41,4 +50,8 @@ class Experiment:
             from app.studies.tradeoff import tradeoff
 
             report = tradeoff(seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed)
+            if self.plot is not None:
+                from app.studies.plot import plot_tradeoff
+
+                plot_tradeoff(report.rows, self.plot)
         print(report.to_json() if self.json else report.to_text())

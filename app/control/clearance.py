@@ -68,10 +68,8 @@ class Clearance:
         """Every gap below `within` [m], one for a pair of links and one for a link and box."""
         d, ends = self._distances(posture)
         near = np.flatnonzero(d < within)
-        a = np.append(self._self[:, 0], self._cell[:, 0])[near]
-        b = np.append(self._self[:, 1], np.full(len(self._cell), -1, dtype=np.intp))[near]
-        on_a, on_b = ends[near, 0], ends[near, 1]
-        return Gaps(a, b, d[near], on_a, on_b, ends[near, 2])
+        on_a, on_b, normal = np.ascontiguousarray(ends[near].transpose(1, 0, 2))
+        return Gaps(self._a[near], self._b[near], d[near], on_a, on_b, normal)
 
     def _distances(self, posture: Posture) -> tuple[Array, Array]:
         """Distance (p,) and on_a, on_b, normal as (p, 3, 3) of all pairs, the cell's last."""
@@ -94,6 +92,8 @@ class Clearance:
         P = len(self._self)
         keep = (home >= CLOSE) & ((close < ALWAYS * SAMPLES) | (np.arange(len(home)) >= P))
         self._self, self._cell = self._self[keep[:P]], self._cell[keep[P:]]
+        self._a = np.append(self._self[:, 0], self._cell[:, 0])
+        self._b = np.append(self._self[:, 1], np.full(len(self._cell), -1, dtype=np.intp))
 
 
 @compiled

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from app.compiled import compiled
 from app.messages import Array
 from app.robot.posture import Posture
 
@@ -11,8 +12,31 @@ LEAST = 1e-6  # [m^3] below it no direction is better than another
 def manipulability(tool: Array) -> float:
     """mu = sqrt(det(J J^T)) of a tool jacobian (6, n)."""
     if tool.shape[0] == tool.shape[1]:
-        return abs(float(np.linalg.det(tool)))
+        return abs(_determinant(tool.copy()))
     return float(np.sqrt(max(np.linalg.det(tool @ tool.T), 0.0)))
+
+
+@compiled
+def _determinant(M: Array) -> float:
+    """By elimination in place; numpy's way costs ten times as much for so few numbers."""
+    n, out = len(M), 1.0
+    for k in range(n):
+        pivot = k
+        for i in range(k + 1, n):
+            if abs(M[i, k]) > abs(M[pivot, k]):
+                pivot = i
+        if M[pivot, k] == 0.0:
+            return 0.0
+        if pivot != k:
+            out = -out
+            for j in range(n):
+                M[k, j], M[pivot, j] = M[pivot, j], M[k, j]
+        out *= M[k, k]
+        for i in range(k + 1, n):
+            f = M[i, k] / M[k, k]
+            for j in range(k, n):
+                M[i, j] -= f * M[k, j]
+    return out
 
 
 def manipulability_gradient(posture: Posture, mu: float) -> Array:

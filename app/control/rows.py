@@ -85,17 +85,16 @@ def avoidance_rows(
         low = np.maximum(low, -allowed_speed(pairs.distance[near], params))
     if len(near) > most:
         tightest = np.sort(np.argsort(-low, kind="stable")[:most])
-    else:
-        tightest = np.arange(len(near))
-    moving = moving[tightest]
+        J, low, near = J[tightest], low[tightest], near[tightest]
+        h, moving = h[tightest], moving[tightest]
     return Rows(
-        jacobian=J[tightest],
-        low=low[tightest],
+        jacobian=J,
+        low=low,
         linear=np.where(moving, MOVING_COST[0], STATIC_COST[0]),
         quadratic=np.where(moving, MOVING_COST[1], STATIC_COST[1]),
-        source=near[tightest],
-        inside=h[tightest] < 0.0,
-        urgent=moving | (h[tightest] < -DEEP),
+        source=near,
+        inside=h < 0.0,
+        urgent=moving | (h < -DEEP),
     )
 
 

@@ -128,7 +128,7 @@ class WholeBody:
     def _braked(self, joints: JointState, dt: float, reason: str) -> Command:
         box = velocity_box(self._robot, joints.q, 1.0, dt)
         qd, _ = bring_into(np.zeros(self._robot.n), self.previous, box)
-        self.previous = qd
+        self.previous, self._eased[:] = qd, 0.0
         return Command(qd=freeze(qd.copy()), reason=reason)
 
     def _rows(

@@ -1,12 +1,14 @@
-"""Peers with an environment of their own beside ours: Open3D's rays, roboplan's body filter.
+"""Open3D's rays, from an environment of its own, and roboplan's body filter beside ours.
 
 roboplan judges points by whether they lie within a padding of the body; it knows no lens, so
 a return from behind the robot passes. Ours is timed before and after each of them.
 """
 
+from importlib.util import find_spec
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.config import Params
 from app.messages import SLOTS, Array, Verdict
@@ -18,6 +20,7 @@ from app.sensing.simulated import SimulatedSkin
 from app.studies import elsewhere
 from app.studies.bench_perception import Scene, timed
 from app.studies.clouds import centre_rays, outside, unlike
+from app.studies.peers import roboplan_filter
 from app.studies.report import Check
 from app.world.world import World
 
@@ -51,8 +54,8 @@ def labelled(robot: Robot, skin: Skin, seed: int) -> tuple[Scene, list[Array]]:
 def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
     """The self filter on clouds near the arm and far from it: time, and what is kept."""
     name = "B1 roboplan"
-    if elsewhere.interpreter("roboplan") is None:
-        return [{"name": name, "note": "no environment; make it with: make peers-env"}], []
+    if find_spec("roboplan") is None:
+        return [{"name": name, "note": "roboplan is not installed"}], []
     scene, labels = labelled(robot, skin, seed)
     judge, everyone = SelfFilter(robot, skin), np.arange(skin.count)
     around = np.array([_points(skin, p, d) for p, d in scene])
@@ -71,17 +74,19 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
             for cloud, depth in (("around", None), ("near", close), ("far", distant))
         }
 
-    urdf = next(robot.folder.glob("*.urdf"))
     distant = np.full_like(scene[0][1], FAR)
     close = np.random.default_rng(seed).uniform(*CLOSE, distant.shape)
     first = all_ours()
-    answer = elsewhere.run(
-        "roboplan", urdf=np.array(str(urdf)), folder=np.array(str(robot.folder)),
-        padding=np.array(PADDING), repeats=np.array(200), around=around,
-        near=np.array([_points(skin, p, close) for p, _ in scene]),
-        far=np.array([_points(skin, p, distant) for p, _ in scene]),
-        q=np.array([p.q for p, _ in scene]),
-    )  # fmt: skip
+    clouds = {
+        "around": around,
+        "near": np.array([_points(skin, p, close) for p, _ in scene]),
+        "far": np.array([_points(skin, p, distant) for p, _ in scene]),
+    }
+    theirs = {
+        (method, cloud): roboplan_filter(robot, method, PADDING, scene, points)
+        for method in ("Narrowphase", "PaddedObb")
+        for cloud, points in clouds.items()
+    }
     again = all_ours()
     label = np.array(labels).reshape(POSTURES, -1)
     median = {k: 1e3 * float(np.median(np.concatenate((first[k], again[k])))) for k in first}
@@ -94,17 +99,17 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
         rows.append({"name": f"{name}: ours, rays a zone: {words}"} | times | _kept(kept, label))
     checks = []
     for method, words in (("Narrowphase", "exact"), ("PaddedObb", "boxes")):
-        mask = answer[f"{method}_around_mask"].astype(bool)
         for cloud in ("around", "near", "far"):
-            theirs = 1e3 * float(np.median(answer[f"{method}_{cloud}_s"]))  # type: ignore[type-var]
+            seconds, mask = theirs[method, cloud]
+            ms = 1e3 * float(np.median(seconds))
             mine = median[f"nine {cloud}"]  # as accurate; one ray lets edges pass
-            row: dict[str, Any] = {"name": f"{name}, {words}, cloud {cloud}", "ms": theirs}
-            row |= {"ours_ms": mine, "ratio": theirs / mine}
+            row: dict[str, Any] = {"name": f"{name}, {words}, cloud {cloud}", "ms": ms}
+            row |= {"ours_ms": mine, "ratio": ms / mine}
             rows.append(row | (_kept(~mask, label) if cloud == "around" else {}))
             if words == "exact":
                 limit = NEAR_FASTER if cloud == "near" else 1.0
                 checks.append(
-                    Check(f"{row['name']}, over ours", theirs / mine, "x", limit, at_least=True)
+                    Check(f"{row['name']}, over ours", ms / mine, "x", limit, at_least=True)
                 )
     return rows, checks
 
@@ -169,7 +174,7 @@ def _points(skin: Skin, posture: Any, depth: Array) -> Array:
     return np.asarray(np.einsum("sij,sj->si", T[:, :3, :3], local) + T[:, :3, 3])
 
 
-def _kept(kept: Array, label: Array) -> dict[str, float]:
+def _kept(kept: NDArray[np.bool_], label: NDArray[np.int16]) -> dict[str, float]:
     """Shares kept of the robot's own returns and of the world's."""
     return {
         "self_kept": float(kept[label >= 0].mean()), "world_kept": float(kept[label == -1].mean()),

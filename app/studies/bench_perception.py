@@ -29,7 +29,7 @@ from app.sensing.error_model import VALID
 from app.sensing.simulated import SimulatedSkin
 from app.studies.confusion import confusion
 from app.studies.exactness import filter_disagreements, worst_distance
-from app.studies.plots import Line, draw_lines
+from app.studies.plot import Line, check_plot, plot_lines
 from app.studies.report import Check, Report
 from app.world.world import World
 
@@ -47,6 +47,8 @@ def bench_perception(
     """Everything; `urdf` adds a description whose visual meshes become the bodies, `plot` draws
     how the times grow.
     """
+    if plot is not None:
+        check_plot(plot)
     robot = load_robot(find_robot("ur10e"))
     assert robot.skin is not None
     skin = load_skin(robot.folder / robot.skin, robot)
@@ -211,7 +213,7 @@ def _draw(path: Path, rows: list[dict[str, Any]]) -> None:
             "self filter": (count, [r["filter_ms"] for r in mine]),
             "closest pairs": (count, [r["pairs_ms"] for r in mine]),
         }
-    draw_lines(path, panels, "number", "median [ms]", log=True)
+    plot_lines(path, panels, "number", "median [ms]")
 
 
 def _both(robot: Robot, skin: Skin, scene: Scene, rng: np.random.Generator) -> dict[str, float]:

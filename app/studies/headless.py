@@ -12,6 +12,7 @@ from app.studies.report import Check, Report
 from app.studies.truth import TrueDistance
 from app.wiring import Setup, build_engine, clock_for
 
+DISTAL = 3  # joints that move a link which can be moved in every direction
 JUDGED_EVERY = 0.02  # [s] true distances are exact and cost a millisecond
 
 
@@ -22,6 +23,7 @@ class Record:
     began: float = 0.0  # [s]
     stamp: list[float] = field(default_factory=list)
     true_distance: list[float] = field(default_factory=list)
+    distal_distance: list[float] = field(default_factory=list)  # of what three joints move
     seen_distance: list[float] = field(default_factory=list)
     activation: list[float] = field(default_factory=list)
     stops: list[dict[str, object]] = field(default_factory=list)
@@ -41,6 +43,7 @@ class Judge:
         self._engine = engine
         robot = engine.robot
         self._moving = np.flatnonzero(robot.supports.any(axis=1))
+        self._distal = robot.supports.sum(axis=1)[self._moving] >= DISTAL
         self._truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
         shapes = engine.world.shapes()
         self._cell = [c.name for c in engine.crops if c.name in shapes]  # static, never avoided
@@ -62,6 +65,7 @@ class Judge:
             true = self._truth.measure(s.T_base_link, self._engine.world, self._cell)[self._moving]
             r.stamp.append(s.stamp)
             r.true_distance.append(float(true.min()))
+            r.distal_distance.append(float(true[self._distal].min()))
             r.seen_distance.append(float(s.body.distance[self._moving].min()))
             r.activation.append(s.command.activation)
 

@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 import trimesh
+from numpy.typing import NDArray
 
 from app.messages import Array
 from app.robot.meshes import BodyMesh
+from app.robot.model import Robot
+from app.studies.bench_perception import Scene, timed
 
 Bodies = Sequence[BodyMesh]
 Cast = Callable[[Array, Array, Array], Array]
@@ -136,6 +139,26 @@ def trimesh_points(bodies: Bodies) -> Nearest:
         )
 
     return nearest
+
+
+def roboplan_filter(
+    robot: Robot, method: str, padding: float, scene: Scene, clouds: Array
+) -> tuple[Array, NDArray[np.bool_]]:
+    """roboplan's RobotBodyFilter: seconds of a call, and which points (P, n) it removes.
+
+    scene, clouds: P postures and their points (P, n, 3) [m], base frame.
+    """
+    import roboplan.core as roboplan
+
+    urdf = next(robot.folder.glob("*.urdf"))
+    arm = roboplan.Scene("arm", roboplan.loadUrdfSceneDescription(str(urdf), [str(robot.folder)]))
+    kind = getattr(roboplan.RobotBodyFilterMethod, method)
+    options = roboplan.RobotBodyFilterOptions(padding, kind, num_threads=1)
+    judge = roboplan.RobotBodyFilter(arm, options)
+    q = [np.array(posture.q) for posture, _ in scene]
+    seconds = timed(lambda i: judge.computeMask(q[i % len(q)], clouds[i % len(q)]), 200)
+    found = [judge.computeMask(a, b) for a, b in zip(q, clouds, strict=True)]
+    return seconds, np.array(found, dtype=bool)
 
 
 # name, module, maker, timed calls

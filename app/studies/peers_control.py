@@ -14,6 +14,9 @@ import numpy as np
 
 from app.config import Params
 from app.robot.model import Robot
+from app.studies.peer_mink import mink_step
+from app.studies.peer_neo import neo
+from app.studies.peer_roboplan import roboplan_step
 
 Step = Callable[[Any], None]
 DT = 0.004
@@ -23,9 +26,9 @@ def peers() -> dict[str, Callable[[Robot, int], Step] | str]:
     """By name: what makes a step of the peer, or why there is none."""
     known: dict[str, tuple[str, Callable[[Robot, int], Step] | str]] = {
         "pink": ("pink", _pink),
-        "mink": ("mink", "needs the arm as a MuJoCo model"),
-        "roboplan": ("roboplan", "has no control step that takes given pairs"),
-        "NEO": ("roboticstoolbox", "takes primitive shapes only, no given pairs"),
+        "mink": ("mink", mink_step),
+        "NEO with quadprog": ("quadprog", neo),
+        "roboplan": ("roboplan", roboplan_step),
     }
     return {
         name: make if find_spec(module) else f"package {module} is not installed"

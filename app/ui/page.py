@@ -26,6 +26,7 @@ from app.ui.scene.goal_view import GoalView
 from app.ui.scene.memory_view import MemoryView
 from app.ui.scene.pair_view import PairView
 from app.ui.scene.robot_view import RobotView
+from app.ui.scene.separation_view import SeparationView
 from app.ui.scene.stage import Stage
 from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
@@ -98,6 +99,7 @@ class Page:
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
         self.pair = PairView(server, engine)
+        self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
         self.goal = GoalView(server, engine, clock)
         self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
@@ -128,7 +130,7 @@ class Page:
         views = (
             self.stage, self.robot, self.ghost, self.cloud, self.pair, self.goal, self.world,
             self.control, self.obstacles, self.goals, self.params, self.plot, self.health,
-            self.memory, self.roles, self.sensors,
+            self.memory, self.roles, self.sensors, self.separation,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
 

@@ -109,7 +109,7 @@ class PlotPanel:
 
 def separation(snapshot: Snapshot) -> float:
     """Protective distance [m] by the model, at the arm's present pace; below 0 if not in use."""
-    if not snapshot.params.separation:
+    if not (snapshot.params.separation or snapshot.params.mode == "ssm"):
         return NOWHERE / 100.0
     pace = min(float(np.abs(snapshot.joints.qd).max()), snapshot.params.v_max)
     return float(protective_distance(np.array(pace), snapshot.params))
