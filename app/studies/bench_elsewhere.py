@@ -34,7 +34,7 @@ NEAR_FASTER = 5.0
 Found = tuple[list[dict[str, Any]], list[Check]]
 
 
-def labelled(robot: Robot, skin: Skin, seed: int) -> tuple[Scene, list[Array]]:
+def labelled(robot: Robot, skin: Skin, seed: int) -> tuple[Scene, list[NDArray[np.int16]]]:
     """Postures and noisy depths (K, 64) [m] of an arm among spheres, and what each zone saw."""
     rng = np.random.default_rng(seed)
     world = World(())
