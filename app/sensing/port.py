@@ -23,7 +23,7 @@ from app.timing import Clock
 
 log = logging.getLogger(__name__)
 RETRY = 0.2  # [s] between attempts to open a port that is gone
-PATIENCE_MS = 250  # a read waits so long for bytes
+PATIENCE = 2  # [0.1 s] a read waits so long for bytes
 TRIAL = 1.5  # [s] of bytes without a whole frame before the next speed is tried
 BAUDS = (2_000_000, 115_200, 460_800, 921_600)  # tried in this order where none is given
 MAILBOX = 4096  # frames that may wait to be taken, about nine seconds of a whole skin
@@ -115,16 +115,15 @@ class Port:
             self._open, self._error = False, f"its reader has died: {error!r}"
 
     def _read(self, device: serial.SerialBase) -> None:
-        # pyserial sets the line up; its own reads cost three times the system's
+        # pyserial sets the line up; its own reads cost four times the system's
         line = device.fileno()
-        ready = select.poll()
-        ready.register(line, select.POLLIN)
+        _wait_in_kernel(line)
         tried = self._clock.now()
         while not self._quit.is_set():
-            if ready.poll(PATIENCE_MS):
-                chunk = os.read(line, CHUNK)
-                if not chunk:
-                    raise OSError(errno.EIO, "hung up")
+            chunk = os.read(line, CHUNK)
+            if not chunk and _hung_up(line):
+                raise OSError(errno.EIO, "hung up")
+            if chunk:
                 self._heard = now = self._clock.now()
                 for arrival in self._stream.feed(chunk, now):
                     self._dropped += len(self._mailbox) == MAILBOX
@@ -133,6 +132,7 @@ class Port:
             if self._heard > tried + TRIAL and not self._stream.frames:
                 # bytes but no frame: perhaps it speaks at another speed
                 device.baudrate = self._next_baud()
+                _wait_in_kernel(line)
                 self._stream, tried = Stream(self._spec.format), self._heard
             self._busy = time.thread_time()
 
@@ -167,6 +167,21 @@ class Port:
                 "the other program that uses it, or give another port"
             ) from e
         return device
+
+
+def _wait_in_kernel(line: int) -> None:
+    """Let a read return with the first bytes, or with none after `PATIENCE`."""
+    os.set_blocking(line, True)
+    settings = termios.tcgetattr(line)
+    settings[6][termios.VMIN], settings[6][termios.VTIME] = 0, PATIENCE
+    termios.tcsetattr(line, termios.TCSANOW, settings)
+
+
+def _hung_up(line: int) -> bool:
+    """Did a read give nothing because there is nobody, not because nothing was said?"""
+    poll = select.poll()
+    poll.register(line, select.POLLIN)
+    return any(event & (select.POLLHUP | select.POLLERR) for _, event in poll.poll(0))
 
 
 def _likely(format_name: str) -> tuple[int, ...]:
