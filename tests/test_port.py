@@ -162,10 +162,13 @@ def test_auto_keeps_the_ports_that_speak(tmp_path, skin, monkeypatch):
             return names
 
         class Talking(WallClock):
-            """Lets the board at `a` speak while the search sleeps."""
+            """Lets boards speak while the search sleeps."""
+
+            boards = (a,)
 
             def sleep_until(self, t):
-                a.write(binary.encode(raw(4)))
+                for board in self.boards:
+                    board.write(binary.encode(raw(4)))
                 super().sleep_until(t)
 
         source = open_skin("auto", skin, Talking(), candidates)
@@ -173,6 +176,9 @@ def test_auto_keeps_the_ports_that_speak(tmp_path, skin, monkeypatch):
             assert source.name == f"serial {a.link}"
         finally:
             source.close()
+        Talking.boards = (a, b)
+        with pytest.raises(SensorError, match=r"a, .*b speak, and serial:auto=SENSORS is for one"):
+            open_skin("auto=ring1", skin, Talking(), candidates)
         with pytest.raises(SensorError, match=r"no skin found .* none of .* speaks"):
             open_skin("auto", skin, WallClock(), lambda: [str(b.link)])
     with pytest.raises(SensorError, match=r"no skin found .*: there is none; name one"):

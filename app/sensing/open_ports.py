@@ -58,6 +58,10 @@ def _find(spec: PortSpec, skin: Skin, clock: Clock, names: Sequence[str]) -> Ser
     if not speaking:
         tried = f"none of {', '.join(names)} speaks a known format" if names else "there is none"
         raise SensorError(f"no skin found on a USB serial port: {tried}; name one as serial:PORT")
+    if spec.sensors and len(speaking) > 1:
+        _close(speaking)
+        both = ", ".join(p.name for p in speaking)
+        raise SensorError(f"{both} speak, and serial:auto=SENSORS is for one; name each port")
     return SerialSkin(skin, speaking, [replace(spec, port=p.name) for p in speaking])
 
 
