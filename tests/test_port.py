@@ -112,7 +112,7 @@ def test_a_port_tries_other_speeds_while_it_hears_nothing_it_knows(tmp_path, mon
     with PtyPort(tmp_path / "skin") as board:
         port = Port(PortSpec(str(board.link)), WallClock())
         try:
-            wait_for(lambda: board.write(b"\x55junk") or len(set(speeds)) == 4)
+            wait_for(lambda: port.take() or board.write(b"\x55junk") or len(set(speeds)) == 4)
             board.write(b"\0" + binary.encode(raw(1)))
             taken(port, 1)
             assert set(speeds) == {2_000_000, 921_600, 460_800, 115_200}
@@ -137,15 +137,13 @@ def test_a_port_that_another_program_reads_is_refused(tmp_path, skin):
 
 
 def test_a_reader_that_dies_is_a_lost_port_with_its_reason(line, monkeypatch):
-    from app.sensing.stream import Stream
+    from app.sensing import port as module
 
     def broken(*_):
         raise ZeroDivisionError("a bug")
 
-    monkeypatch.setattr(Stream, "feed", broken)
-    master, name = line
-    port = Port(PortSpec(name), WallClock())
-    os.write(master, b"x")
+    monkeypatch.setattr(module, "_hung_up", broken)
+    port = Port(PortSpec(line[1]), WallClock())
     wait_for(lambda: not port.facts().open)
     assert "its reader has died" in port.facts().error and "a bug" in port.facts().error
     port.close()
@@ -162,10 +160,13 @@ def test_auto_keeps_the_ports_that_speak(tmp_path, skin, monkeypatch):
             return names
 
         class Talking(WallClock):
-            """Lets the board at `a` speak while the search sleeps."""
+            """Lets boards speak while the search sleeps."""
+
+            boards = (a,)
 
             def sleep_until(self, t):
-                a.write(binary.encode(raw(4)))
+                for board in self.boards:
+                    board.write(binary.encode(raw(4)))
                 super().sleep_until(t)
 
         source = open_skin("auto", skin, Talking(), candidates)
@@ -173,6 +174,9 @@ def test_auto_keeps_the_ports_that_speak(tmp_path, skin, monkeypatch):
             assert source.name == f"serial {a.link}"
         finally:
             source.close()
+        Talking.boards = (a, b)
+        with pytest.raises(SensorError, match=r"a, .*b speak, and serial:auto=SENSORS is for one"):
+            open_skin("auto=ring1", skin, Talking(), candidates)
         with pytest.raises(SensorError, match=r"no skin found .* none of .* speaks"):
             open_skin("auto", skin, WallClock(), lambda: [str(b.link)])
     with pytest.raises(SensorError, match=r"no skin found .*: there is none; name one"):

@@ -21,7 +21,7 @@ SPAN = 5.0  # [s] the hull must reach this far before drift is believed
 DRIFT_LIMIT = 500e-6  # crystals keep within 100 ppm, ceramic resonators within a few hundred
 JUMP = 0.5  # [s] a larger step back or ahead is a reset ...
 DOUBT = 1e-3  # ... where this share of a silence is allowed for drift
-LASTING = 2.0  # [s] frames that are late by JUMP for so long were not just held up
+LASTING = 10.0  # [s] frames late by JUMP for so long were not just held up: no buffer lasts longer
 
 
 class DeviceClock:

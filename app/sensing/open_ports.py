@@ -53,11 +53,17 @@ def _find(spec: PortSpec, skin: Skin, clock: Clock, names: Sequence[str]) -> Ser
     end = clock.now() + LISTEN
     while clock.now() < end and not all(p.facts().frames for p in ports):
         clock.sleep_until(clock.now() + LOOK)
+        for port in ports:
+            port.take()
     speaking = [p for p in ports if p.facts().frames]
     _close([p for p in ports if p not in speaking])
     if not speaking:
         tried = f"none of {', '.join(names)} speaks a known format" if names else "there is none"
         raise SensorError(f"no skin found on a USB serial port: {tried}; name one as serial:PORT")
+    if spec.sensors and len(speaking) > 1:
+        _close(speaking)
+        both = ", ".join(p.name for p in speaking)
+        raise SensorError(f"{both} speak, and serial:auto=SENSORS is for one; name each port")
     return SerialSkin(skin, speaking, [replace(spec, port=p.name) for p in speaking])
 
 

@@ -9,7 +9,7 @@ from typing import Self
 
 from app.errors import SensorError
 
-BACKLOG = 1 << 16  # [bytes] that may wait for a slow reader, beyond the kernel's own
+BACKLOG = 1 << 20  # [bytes] that may wait for a slow reader: ten seconds of a whole skin
 
 
 class PtyPort:
