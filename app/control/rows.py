@@ -26,6 +26,7 @@ from app.robot.posture import Posture
 
 MOVING = 0.12  # [m/s] from this approach speed on the obstacle counts as moving
 URGENT = 0.5  # share of the reachable speed that may be demanded before a moving obstacle
+WEAK = 3.0  # multiples of v_ach_min below which a point is left: its retreat swings the rest
 BRAKING = 0.5  # share of the reachable deceleration that is counted on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
@@ -73,7 +74,8 @@ def avoidance_rows(
     low = np.empty(len(near))
     kappa, urgent, least = np.inf, np.inf, 0.0
     if params.authority_cap:
-        kappa, urgent, least = params.kappa, max(URGENT, params.kappa), params.v_ach_min
+        kappa, urgent = params.kappa, max(URGENT, params.kappa)
+        least = WEAK * params.v_ach_min
     gamma = params.xi / (params.d_inf - params.d_s)
     _bounds(
         J, h, w, params.speed * robot.qd_max, robot.qdd_max, gamma, params.v_esc, kappa, urgent,
