@@ -43,8 +43,9 @@ class RigidMesh:
         """
         if len(origins) == 0:
             return np.empty(0, dtype=np.float32)
-        t = self._scene.run(origins, directions, query="DISTANCE")
-        return np.where(t < 1e30, t, MISS)
+        t: NDArray[np.float32] = self._scene.run(origins, directions, query="DISTANCE")
+        t[t >= 1e30] = MISS
+        return t
 
 
 @compiled

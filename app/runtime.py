@@ -8,6 +8,7 @@ recording ends, an exception escapes a room. Only a person's action sets it goin
 
 import logging
 import queue
+import sys
 import threading
 from collections.abc import Mapping
 from dataclasses import replace
@@ -57,6 +58,7 @@ from app.timing import Clock, Latest, Stopwatch, Ticker
 from app.world.world import World
 
 log = logging.getLogger(__name__)
+SWITCH = 1e-3  # [s] the control thread waits no longer for another one; 5 ms is a whole tick
 SILENT_SHARE = 0.5  # of the connected sensors: from this share on the arm is blind
 
 
@@ -343,6 +345,7 @@ class Engine:
         """Run ticks in a thread of their own until `stop`."""
         if self._thread is not None:
             raise RuntimeError("the engine runs already")
+        sys.setswitchinterval(SWITCH)
         rehearse(self.robot, self.skin, self.crops, self._params)
         self._listening = self._clock.now()
         self._thread = threading.Thread(target=self._run, name="flinch-control", daemon=True)

@@ -1,8 +1,7 @@
 """The compiled parts of the self filter: aim rays at links, weigh what they hit, place points.
 
 Embree casts; around it a frame costs three calls. No loop over zones runs in Python. The
-kernels are compiled by numba on first use, kept in its cache and do not hold the
-interpreter's lock.
+kernels are compiled by numba on first use and kept in its cache.
 """
 
 import numpy as np

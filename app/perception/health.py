@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from app.messages import SLOTS, Array, SensorFrame, SensorHealth
 
 FORGET = 0.1  # weight of the newest frame in the running means
-TRUSTED = np.array([5, 6, 9, 10, 255], dtype=np.uint8)  # usable, or honestly nothing there
+USABLE = np.zeros(256, dtype=bool)  # by status: usable, or honestly nothing there
+USABLE[[5, 6, 9, 10, 255]] = True
 POOR_SHARE = 0.5  # more bad zones than this, on average, is poor
 REPEATS = 8  # frames in a row with the same values in every zone: noise alone would differ
 FEW = 8  # zones with a target below which sameness says nothing
@@ -45,13 +46,14 @@ class SkinHealth:
             if np.isfinite(gap) and gap > 0.0:
                 old = self._period[k]
                 self._period[k] = gap if np.isnan(old) else old + FORGET * (gap - old)
-                same = np.array_equal(f.distance, self._distance[k])
+                same = bool((f.distance == self._distance[k]).all())
                 some = np.count_nonzero(f.targets) >= FEW
                 self._same[k] = self._same[k] + 1 if same and some else 0
                 self._distance[k] = f.distance
-            covered = np.mean((f.targets > 0) & (f.distance <= AT_LENS))
+            near = (f.targets > 0) & (f.distance <= AT_LENS)
+            covered = np.count_nonzero(near) / len(near)
             self._covered[k] += FORGET * (covered - self._covered[k])
-            bad = 1.0 - np.isin(f.status, TRUSTED).mean()
+            bad = 1.0 - np.count_nonzero(USABLE[f.status]) / len(f.status)
             self._bad[k] += FORGET * (bad - self._bad[k])
             self._last[k] = max(self._last[k], f.stamp)
 

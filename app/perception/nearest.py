@@ -1,7 +1,7 @@
 """The compiled descent into one link's tree: the nearest face to a point, exactly.
 
 float64 throughout but for the boxes, which are float32 and a little too large, so that they
-never hide a face. Nothing here holds the interpreter's lock.
+never hide a face.
 """
 
 import numpy as np

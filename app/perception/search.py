@@ -2,7 +2,7 @@
 
 First every point gets bounds of its distance, from a sphere, a box and a coarse table. The
 smallest upper bound dismisses nearly all of them; the tree is asked for the few that are
-left, the most promising first. float64; it does not hold the interpreter's lock.
+left, the most promising first. float64.
 """
 
 import numpy as np
