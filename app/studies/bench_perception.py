@@ -190,9 +190,8 @@ def _growth(
     found = {}
     for name in calls:
         filtered, pairs = (np.concatenate([r[name][i] for r in rounds]) for i in range(2))
-        found[name] = {
-            "filter_ms": 1e3 * float(np.median(filtered)), "pairs_ms": 1e3 * float(np.median(pairs)),
-        }  # fmt: skip
+        median = (1e3 * float(np.median(seconds)) for seconds in (filtered, pairs))
+        found[name] = dict(zip(("filter_ms", "pairs_ms"), median, strict=True))
     rows: list[dict[str, Any]] = [{"name": name} | times for name, times in found.items()]
     low, high = FACES[0], FACES[-1]
     allowed = float(np.log(high) / np.log(low))

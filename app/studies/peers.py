@@ -111,7 +111,7 @@ def fcpw_points(bodies: Bodies) -> Nearest:
         scene.set_object_count(1)
         scene.set_object_vertices(b.vertices.astype(np.float32), 0)
         scene.set_object_triangles(b.faces.astype(np.int32), 0)
-        scene.build(fcpw.aggregate_type.bvh_surface_area, True, True, False)
+        scene.build(fcpw.aggregate_type.bvh_surface_area, True, False, False)
         scenes.append(scene)
 
     def nearest(T: Array, points: Array) -> Array:
