@@ -24,6 +24,7 @@ from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
 ARTIFACTS = Path(__file__).parents[2] / ".artifacts"
+SMALL = (820, 460)  # pixels of a window that is not alone
 RATE = 40.0  # [Hz] a slow loop: the browser draws in software on the same processor
 
 
@@ -119,6 +120,16 @@ def light(live: Live) -> Iterator[None]:
     yield
     for switch in heavy:
         switch.set(True)
+
+
+@pytest.fixture
+def small(window: Window) -> Iterator[None]:
+    """The first window made smaller, so that two can be drawn side by side."""
+    before = window.viewport_size
+    assert before is not None
+    window.set_viewport_size({"width": SMALL[0], "height": SMALL[1]})
+    yield
+    window.set_viewport_size(before)
 
 
 FAILED = pytest.StashKey[bool]()

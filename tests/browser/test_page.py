@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
-from conftest import Live, open_window
+from conftest import SMALL, Live, open_window
 from hands import drag, nodes, picture, position, props, shown, spot, until
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
@@ -148,9 +148,9 @@ def test_the_keys_stop_and_run(live: Live, window: Window) -> None:
     until(window, lambda: live.now.status.mode is Mode.RUNNING, "R runs")
 
 
-@pytest.mark.usefixtures("light")
+@pytest.mark.usefixtures("light", "small")
 def test_a_second_window_sees_the_same(live: Live, window: Window, browser: Browser) -> None:
-    other = open_window(browser, live.page.url, 900, 500)
+    other = open_window(browser, live.page.url, *SMALL)
     try:
         until(other, lambda: nodes(other) == nodes(window), "the same things in both scenes")
         live.engine.post(lifted(live, 0.1))
@@ -173,11 +173,12 @@ def says(window: Window, words: str) -> bool:
     return window.get_by_text(words).first.is_visible()
 
 
+@pytest.mark.slow  # two whole windows drawn in software take a minute; test_ui_gate has the rules
 @pytest.mark.usefixtures("light")
 def test_the_second_page_watches_stops_and_takes_over(
     live: Live, window: Window, browser: Browser
 ) -> None:
-    other = open_window(browser, live.page.url, 900, 600)
+    other = open_window(browser, live.page.url, *SMALL)
     me = f"page {max(live.page.server.get_clients()) + 1}"
     try:
         assert says(window, "You operate the arm (page 1)")
@@ -195,7 +196,9 @@ def test_the_second_page_watches_stops_and_takes_over(
 
         other.get_by_role("button", name="Take control").click()
         until(other, lambda: says(other, "page 1 operates; it is free when"), "told when")
+        window.bring_to_front()  # a window behind another one is hardly drawn, or fed
         window.get_by_role("button", name="Give control back").click()
+        other.bring_to_front()
         until(other, lambda: says(other, "nobody operates"), "the lease is free")
         other.get_by_role("button", name="Take control").click()
         until(other, run.is_enabled, "the second page operates")
@@ -207,6 +210,7 @@ def test_the_second_page_watches_stops_and_takes_over(
         before, home = live.now.goal.T_base_tool, live.goal.T_base_tool
         origin, axis = home[:3, 3], home[:3, 2]
         refused = live.page.gate.refused
+        window.bring_to_front()
         drag(window, spot(live.page, origin + 0.24 * axis), spot(live.page, origin))
         until(window, lambda: live.page.gate.refused > refused + 1, "the drag is refused")
         np.testing.assert_array_equal(live.now.goal.T_base_tool, before)
