@@ -17,9 +17,9 @@ from app.robot.skin import Skin, load_skin
 from app.sensing.replay import read_recording
 from app.sensing.simulated import RATE, SimulatedSkin
 from app.studies.report import Report
+from app.studies.skin_check import TRUSTED
 from app.world.world import World
 
-TRUSTED = (5, 9)
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else
 POSTURES = 100  # of a simulated calibration
 Samples = tuple[list[Array], list[Array], list[Array], list[Array]]  # link, gap, depth, edge

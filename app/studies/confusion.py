@@ -18,6 +18,7 @@ from app.perception.self_filter import SelfFilter
 from app.robot.model import Robot
 from app.robot.ranges import complete
 from app.robot.skin import Skin, range_noise
+from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.studies.ranges import DISTANCES, FRAMES, table_of
 from app.studies.report import Check
@@ -25,18 +26,18 @@ from app.world.world import World
 
 BEFORE = (0.01, 0.02, 0.05, 0.10)  # [m] of obstacles before the body
 POSTURES = 150  # calibrated with, and as many to judge
-BIAS, NEAR_OFFSET, NEAR_RANGE = 0.015, 0.005, 0.2  # as of the simulated sensors
+ERRORS = ErrorModel()  # of the simulated sensors
 SIGMAS = 3.0902  # of a normal distribution: 0.1 % lie beyond
 
 
 def confusion(robot: Robot, skin: Skin, seed: int) -> tuple[list[dict[str, Any]], list[Check]]:
     """Shares kept with the default thresholds and with calibrated ones, noise on."""
     rng = np.random.default_rng(seed)
-    bias = np.clip(rng.normal(0.0, BIAS, (skin.count, 64)), -0.04, 0.04)
+    bias = np.clip(rng.normal(0.0, ERRORS.zone_bias, (skin.count, 64)), -0.04, 0.04)
 
     def measured(depth: Array) -> Array:
         """The error model of the simulated sensors."""
-        near = NEAR_OFFSET * np.clip(1.0 - depth / NEAR_RANGE, 0.0, 1.0)
+        near = ERRORS.near_offset * np.clip(1.0 - depth / ERRORS.near_range, 0.0, 1.0)
         return depth * (1.0 + bias) + near + rng.normal(size=depth.shape) * range_noise(depth)
 
     walls = []

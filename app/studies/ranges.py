@@ -13,9 +13,9 @@ from app.robot.skin import Skin, load_skin, zone_directions
 from app.sensing.replay import read_recording
 from app.sensing.simulated import RATE, SimulatedSkin
 from app.studies.report import Report
+from app.studies.skin_check import TRUSTED
 from app.world.world import World
 
-TRUSTED = (5, 9)
 FRAMES = 150  # of a simulated wall: ten seconds
 DISTANCES = (0.05, 0.1, 0.2, 0.6)  # [m] of the simulated walls
 SQUARE = 2.0  # [degrees] a wall may be turned
