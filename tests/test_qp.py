@@ -1,5 +1,7 @@
 """The quadratic programme: what it reaches, what it keeps, and that it always has an answer."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -14,7 +16,7 @@ from app.control.goals import goal_error
 from app.control.limits import velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.control.qp import Costs, solve
-from app.control.rows import Rows, avoidance_rows
+from app.control.rows import Bounds, Rows
 from app.control.whole_body import WholeBody
 from app.errors import FlinchError
 from app.messages import CropBox, Goal, JointState, Pairs
@@ -151,11 +153,20 @@ def test_manipulability_has_the_gradient_of_finite_differences(robot):
 # --- the bounds ---------------------------------------------------------------------------
 
 
+def of_the_world(robot, posture, pairs, params):
+    """As wide as can be: nothing is left out because it cannot be broken, nothing is eased in."""
+    wide = np.full(robot.n, np.inf)
+    rows = Bounds(robot).rows(posture, pairs, params, -wide, wide, np.zeros(robot.n), 1e6)
+    world = rows.source >= 0
+    return Rows(*[getattr(rows, f)[world] for f in rows.__slots__])
+
+
 def bound(robot, distance, w=0.0, **changes):
     posture = robot.posture(robot.home)
     tool = posture.T_base_tool[:3, 3]
     pairs = pairs_of([6], [tool], [[-1.0, 0.0, 0.0]], [distance])
-    rows = avoidance_rows(robot, posture, pairs, Params(mode="qp", **changes), np.array([w]))
+    pairs = replace(pairs, approach=np.array([w]))
+    rows = of_the_world(robot, posture, pairs, Params(mode="qp", **changes))
     return float(rows.low[0]) if len(rows.low) else None
 
 
@@ -178,7 +189,7 @@ def test_the_tightest_rows_are_kept_when_there_are_too_many(robot):
     d = np.linspace(0.59, 0.2, 40)
     tool = np.tile(posture.T_base_tool[:3, 3], (40, 1))
     pairs = pairs_of(np.full(40, 6), tool, np.tile([-1.0, 0, 0], (40, 1)), d)
-    rows = avoidance_rows(robot, posture, pairs, QP)
+    rows = of_the_world(robot, posture, pairs, QP)
     assert len(rows.low) == 24 and set(rows.source) == set(range(16, 40))
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.control.rows import avoidance_rows
+from app.control.rows import Bounds
 from app.control.separation import allowed_speed, protective_distance
 from app.messages import Pairs
 
@@ -30,14 +30,16 @@ def test_the_allowed_speed_is_the_one_whose_protective_distance_is_there():
 def test_as_a_bound_it_limits_the_approach_and_never_demands_a_retreat(robot):
     posture = robot.posture(robot.home)
     tool = posture.T_base_tool[:3, 3]
-    n = np.array([[-1.0, 0.0, 0.0]])
+    n, bounds = np.array([[-1.0, 0.0, 0.0]]), Bounds(robot)
 
     def low(distance, **settings):
         d = np.array([distance])
         on = tool[None]
         pairs = Pairs(np.array([6]), d, on, on - d * n, n, np.zeros(1, dtype=int), 0)
         params = Params(mode="qp", xi=3.0, **settings)
-        return float(avoidance_rows(robot, posture, pairs, params).low[0])
+        wide = np.full(6, np.inf)
+        rows = bounds.rows(posture, pairs, params, -wide, wide, np.zeros(6), 1e6)
+        return float(rows.low[rows.source == 0][0])
 
     assert low(0.55) < low(0.55, separation=True) < 0.0
     assert low(0.3, separation=True) == pytest.approx(0.0)  # a person could be there in time

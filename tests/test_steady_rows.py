@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.control.rows import Rows, eased
-from app.control.steady_rows import KEEP, NEARER, UNSURE, SteadyRows
+from app.control.rows import Bounds
+from app.control.steady_rows import KEEP, NEARER, ROOM, UNSURE, SteadyRows
 from app.control.whole_body import WholeBody
 from app.messages import Goal, JointState, Pairs
 
@@ -103,17 +103,39 @@ def test_pairs_keep_their_rows_and_two_of_one_link_stay_apart(posture):
 
 
 def test_a_gentle_retreat_is_eased_in_and_an_urgent_one_is_bounded_by_the_arm(robot):
-    J = np.eye(3, 6)[[0, 0, 1]]
-    some = np.zeros(3)
-    rows = Rows(
-        J, np.array([0.1, 0.1, -0.1]), some, some, some, some, np.array([False, True, False])
-    )
-    still = np.zeros(6)
-    low = eased(rows, robot, still, DT).low
-    step = 0.5 * robot.qdd_max[0] * DT
-    assert 0.0 < low[0] < 0.3 * step and low[1] == pytest.approx(step) and low[2] == -0.1
-    fast = np.full(6, 0.2)  # it retreats fast enough already
-    assert eased(rows, robot, fast, DT).low == pytest.approx(rows.low)
+    posture = robot.posture(robot.home)
+    params, wide = Params(mode="qp"), np.full(6, np.inf)
+    bounds, d = Bounds(robot), params.d_s
+    for distance, least, most in ((d - 0.02, 0.01, 0.3), (d - 0.1, 1.0, 1.0), (d + 0.1, 0.0, 0.0)):
+        pairs = pairs_at(posture, distance)
+
+        def low(previous, pairs=pairs, dt=DT):
+            made = bounds.rows(posture, pairs, params, -wide, wide, previous, dt)
+            return float(made.low[made.source == 0][0])
+
+        J = posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal)[0]
+        step = 0.5 * np.abs(J) @ robot.qdd_max * DT
+        still, asked = np.zeros(6), low(np.zeros(6), dt=1e6)
+        if most:
+            assert least * step <= low(still) * (1 + 1e-9) <= most * step * (1 + 2e-9)
+        else:
+            assert low(still) == asked < 0.0  # an approach that is allowed is no demand
+        fast = asked * J / (J @ J)  # it retreats fast enough already
+        assert low(fast) == pytest.approx(asked)
+
+
+def test_what_is_seen_takes_the_place_of_what_was_lost(robot):
+    posture, steady = robot.posture(robot.home), SteadyRows()
+    rng = np.random.default_rng(3)
+    link = np.full(ROOM, 6)
+    for _ in range(3):  # within a moment many more pairs than can be followed, each elsewhere
+        on = posture.T_base_tool[:3, 3] + rng.uniform(-3.0, 3.0, (ROOM, 3))
+        n = rng.normal(size=(ROOM, 3))
+        n /= np.linalg.norm(n, axis=1)[:, None]
+        d = np.full(ROOM, 0.3)
+        many = Pairs(link, d, on, on - d[:, None] * n, n, np.arange(ROOM), 0)
+        _, source = steady.update(posture, many, None, REACH, DT)
+        assert sorted(source.tolist()) == list(range(ROOM))
 
 
 def test_a_new_goal_is_no_jump_of_the_speed_and_is_reached_all_the_same(robot):

@@ -66,18 +66,22 @@ class Clearance:
 
     def measure(self, posture: Posture, within: float) -> Gaps:
         """Every gap below `within` [m], one for a pair of links and one for a link and box."""
-        d, ends = self._distances(posture)
-        near = np.flatnonzero(d < within)
-        on_a, on_b, normal = np.ascontiguousarray(ends[near].transpose(1, 0, 2))
-        return Gaps(self._a[near], self._b[near], d[near], on_a, on_b, normal)
+        d, where = self._distances(posture, within)
+        links, places = np.empty((2, len(d)), dtype=np.int64), np.empty((3, len(d), 3))
+        n = _gather(d, where, self._a, self._b, within, links[0], links[1], places)
+        on_a, on_b, normal = places[:, :n]
+        return Gaps(links[0, :n], links[1, :n], d[:n], on_a, on_b, normal)
 
-    def _distances(self, posture: Posture) -> tuple[Array, Array]:
-        """Distance (p,) and on_a, on_b, normal as (p, 3, 3) of all pairs, the cell's last."""
+    def _distances(self, posture: Posture, within: float = np.inf) -> tuple[Array, Array]:
+        """Distance (p,) and on_a, on_b, normal as (p, 3, 3) of all pairs, the cell's last.
+
+        What is surely not `within` [m] is not measured and stays +inf.
+        """
         p = len(self._self) + len(self._cell)
         distance, where = np.empty(p), np.empty((p, 3, 3))
         _measure(
             posture.T_base_link, self._ends, self._radius, self._link, self._self, self._cell,
-            self._T_box_base, self._half, distance, where,
+            self._T_box_base, self._half, within, distance, where,
         )  # fmt: skip
         return distance, where
 
@@ -106,11 +110,12 @@ def _measure(
     cell: NDArray[np.int64],
     T_box_base: Array,
     half: Array,
+    within: float,
     distance: Array,
     where: Array,
 ) -> None:
     C = len(radius)
-    base = np.empty((C, 2, 3))
+    base, centre, ball = np.empty((C, 2, 3)), np.empty((C, 3)), np.empty(C)
     for c in range(C):
         T = T_base_link[link[c]]
         for e in range(2):
@@ -119,6 +124,11 @@ def _measure(
                 for k in range(3):
                     v += T[i, k] * ends[c, e, k]
                 base[c, e, i] = v
+        length = 0.0
+        for i in range(3):
+            centre[c, i] = 0.5 * (base[c, 0, i] + base[c, 1, i])
+            length += (base[c, 1, i] - base[c, 0, i]) ** 2
+        ball[c] = 0.5 * np.sqrt(length) + radius[c]
     distance[:] = np.inf
     P = len(links)
     for p in range(P):
@@ -126,15 +136,57 @@ def _measure(
             if link[c] != links[p, 0]:
                 continue
             for o in range(C):
-                if link[o] == links[p, 1]:
+                if link[o] == links[p, 1] and _apart(centre[c], centre[o]) < (
+                    within + ball[c] + ball[o]
+                ):
                     x, y = _between(base[c, 0], base[c, 1], base[o, 0], base[o, 1])
                     _keep_nearer(x, y, radius[c], radius[o], distance, where, p)
     for p in range(len(cell)):
         for c in range(C):
             if link[c] == cell[p, 0]:
                 box = cell[p, 1]
+                if _to_centre(centre[c], T_box_base[box], half[box]) >= within + ball[c]:
+                    continue
                 x, y, inside = _to_box(base[c, 0], base[c, 1], T_box_base[box], half[box])
                 _keep_nearer(x, y, radius[c], 0.0, distance, where, P + p, inside)
+
+
+@compiled
+def _gather(
+    distance: Array,
+    where: Array,
+    a: NDArray[np.int64],
+    b: NDArray[np.int64],
+    within: float,
+    near_a: NDArray[np.int64],
+    near_b: NDArray[np.int64],
+    places: Array,
+) -> int:
+    """Move what is `within` to the front of `distance` and to the other arrays; how many."""
+    n = 0
+    for p in range(len(distance)):
+        if distance[p] < within:
+            near_a[n], near_b[n], distance[n] = a[p], b[p], distance[p]
+            for k in range(3):
+                for i in range(3):
+                    places[k, n, i] = where[p, k, i]
+            n += 1
+    return n
+
+
+@compiled
+def _apart(a: Array, b: Array) -> float:
+    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@compiled
+def _to_centre(p: Array, T: Array, half: Array) -> float:
+    """Distance of p (3,), base frame, to a box; zero inside."""
+    square = 0.0
+    for i in range(3):
+        x = T[i, 0] * p[0] + T[i, 1] * p[1] + T[i, 2] * p[2] + T[i, 3]
+        square += max(abs(x) - half[i], 0.0) ** 2
+    return np.sqrt(square)
 
 
 @compiled

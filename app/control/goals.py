@@ -1,9 +1,8 @@
 """From a goal pose to a bounded tool twist."""
 
-from math import sqrt
-
 import numpy as np
 
+from app.compiled import compiled
 from app.messages import Array
 from app.robot.posture import rotation_vector
 
@@ -22,8 +21,8 @@ def goal_twist(
     direction kept, to `v_max` [m/s] and `w_max` [rad/s].
     """
     twist = np.empty(6)
-    twist[:3] = _shorten(lambda_p * (T_base_goal[:3, 3] - T_base_tool[:3, 3]), v_max)
-    twist[3:] = _shorten(lambda_o * rotation_error(T_base_tool, T_base_goal), w_max)
+    turn = rotation_error(T_base_tool, T_base_goal)
+    _twist(T_base_tool, T_base_goal, turn, lambda_p, lambda_o, v_max, w_max, twist)
     return twist
 
 
@@ -40,6 +39,27 @@ def goal_error(T_base_tool: Array, T_base_goal: Array) -> tuple[float, float]:
     )
 
 
-def _shorten(v: Array, longest: float) -> Array:
-    length = sqrt(v @ v)
-    return v if length <= longest else v * (longest / length)
+@compiled
+def _twist(
+    T_base_tool: Array,
+    T_base_goal: Array,
+    turn: Array,
+    lambda_p: float,
+    lambda_o: float,
+    v_max: float,
+    w_max: float,
+    out: Array,
+) -> None:
+    for i in range(3):
+        out[i] = lambda_p * (T_base_goal[i, 3] - T_base_tool[i, 3])
+        out[3 + i] = lambda_o * turn[i]
+    _shorten(out[:3], v_max)
+    _shorten(out[3:], w_max)
+
+
+@compiled
+def _shorten(v: Array, longest: float) -> None:
+    length = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
+    if length > longest:
+        for i in range(3):
+            v[i] *= longest / length

@@ -39,6 +39,21 @@ def velocity_box(
     return VelocityBox(low, high, change)
 
 
+def next_box(
+    robot: Robot, q: Array, speed: float, dt: float, previous: Array
+) -> tuple[Array, Array]:
+    """low (n,) <= qd <= high (n,) of the next tick, the change of speed included.
+
+    Where limits contradict each other, position wins.
+    """
+    low, high, change = np.empty(robot.n), np.empty(robot.n), robot.qdd_max * dt
+    _fill(
+        q, robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max, speed, previous, change, low, high
+    )
+    _narrow(previous, change, low, high)
+    return low, high
+
+
 def bring_into(qd: Array, previous: Array, box: VelocityBox) -> tuple[Array, float]:
     """The nearest allowed command on the way from `previous` to `qd` (n,), and its share 0..1.
 
@@ -68,6 +83,15 @@ def _fill(
         v = min(max(speed * qd_max[j], still_braking), qd_max[j])
         high[j] = min(max(_approach(q_max[j] - MARGIN - q[j], qdd_max[j]), -v), v)
         low[j] = -min(max(_approach(q[j] - q_min[j] - MARGIN, qdd_max[j]), -v), v)
+
+
+@compiled
+def _narrow(previous: Array, change: Array, low: Array, high: Array) -> None:
+    for j in range(len(low)):
+        least = min(max(low[j], previous[j] - change[j]), high[j])
+        high[j] = max(min(high[j], previous[j] + change[j]), low[j])
+        low[j] = least
+        high[j] = max(low[j], high[j])
 
 
 @compiled

@@ -50,12 +50,19 @@ def manipulability_gradient(posture: Posture, mu: float) -> Array:
     n = J.shape[1]
     if J.shape[0] != n or not posture.tool_support.all() or mu < LEAST:
         return np.zeros(n)
-    inverse = np.linalg.inv(J)
-    v, w = J[:3].T, J[3:].T
     out = np.zeros(n)
-    for j in range(n - 1):
-        linear = np.cross(w[j], v[j + 1 :]) + np.cross(v[j], w[j + 1 :])
-        angular = np.cross(w[j], w[j + 1 :])
-        change = np.concatenate((linear, angular), axis=1)  # (n - j - 1, 6)
-        out[j] = mu * float((inverse[j + 1 :] * change).sum())
+    _gradient(J, np.linalg.inv(J), mu, out)
     return out
+
+
+@compiled
+def _gradient(J: Array, inverse: Array, mu: float, out: Array) -> None:
+    n = len(out)
+    for j in range(n - 1):
+        for k in range(j + 1, n):
+            for a in range(3):
+                b, c = (a + 1) % 3, (a + 2) % 3
+                linear = J[3 + b, j] * J[c, k] - J[3 + c, j] * J[b, k]
+                linear += J[b, j] * J[3 + c, k] - J[c, j] * J[3 + b, k]
+                angular = J[3 + b, j] * J[3 + c, k] - J[3 + c, j] * J[3 + b, k]
+                out[j] += mu * (inverse[k, a] * linear + inverse[k, 3 + a] * angular)

@@ -100,24 +100,23 @@ def _solve(costs: Costs, rows: Rows, asked: Array, low: Array, high: Array) -> A
     n, m = len(low), len(rows.low)
     H, g, J = np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty((m, n + 1))
     least, most, x = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
-    # two calls: a compiled caller kept on disk would not notice a change of the solver's file
     _build(
         costs.tool, costs.twist, costs.previous, costs.push,
         costs.k_g, costs.k_b, costs.lambda_q, costs.lambda_a, costs.slide,
         rows.jacobian, low, high, H, g, J, least, most,
     )  # fmt: skip
-    price = rows.linear * (1.0 + TIE * np.arange(m))
+    price = np.empty(m)
+    _part(rows.linear, price)
     steps = minimise(H, g, J, rows.low, price, rows.quadratic, least, most, x)
     if steps < 0:
         second = second_opinion(H, g, J, rows, least, most)
         if second is None:
             return None
         x = second
-    if not np.isfinite(x).all():
+    qd, slack, tight = np.empty(n), np.empty(m), np.empty(m, dtype=np.bool_)
+    if not _read(x, low, high, rows.jacobian, asked, qd, slack, tight):
         return None
-    qd = np.minimum(np.maximum(x[:n], low), high)
-    rest = asked - rows.jacobian @ qd
-    return Answer(qd, float(x[n]), np.maximum(rest, 0.0), rest > -TIGHT)
+    return Answer(qd, float(x[n]), slack, tight)
 
 
 def second_opinion(
@@ -147,6 +146,38 @@ def second_opinion(
     open_end = distance > 0.5 * FREE  # has the multiplier of rounding
     pulls = np.abs(z) * np.maximum(np.where(open_end, 0.0, distance) - TOUCHED, 0.0)
     return x[:n] if pulls.max(initial=0.0) < HONEST else None
+
+
+@compiled
+def _part(price: Array, out: Array) -> None:
+    """Prices (m,) of slack that differ a little, so that equal bounds give way in turn."""
+    for i in range(len(price)):
+        out[i] = price[i] * (1.0 + TIE * i)
+
+
+@compiled
+def _read(
+    x: Array,
+    low: Array,
+    high: Array,
+    jacobian: Array,
+    asked: Array,
+    qd: Array,
+    slack: Array,
+    tight: np.ndarray,
+) -> bool:
+    """Write qd (n,) and what each bound (m,) lacks; False where a number is not finite."""
+    n = len(qd)
+    for j in range(n):
+        if not np.isfinite(x[j]):
+            return False
+        qd[j] = min(max(x[j], low[j]), high[j])
+    for i in range(len(asked)):
+        rest = asked[i]
+        for j in range(n):
+            rest -= jacobian[i, j] * qd[j]
+        slack[i], tight[i] = max(rest, 0.0), rest > -TIGHT
+    return bool(np.isfinite(x[n]))
 
 
 @compiled

@@ -11,16 +11,18 @@ own approach speed w added; the root is what can still be braked with the decele
 what approaches is slowed: moving away and along is free. Inside d_s a retreat is demanded.
 """
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.config import Params
-from app.control.clearance import KEPT, Gaps
+from app.control.clearance import KEPT, Clearance
 from app.control.separation import allowed_speed
-from app.messages import Array, Pairs
+from app.messages import Array, CropBox, Pairs
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -33,6 +35,8 @@ EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
 SSM_REACH = 1.5  # [m] from here on a person's pace allows any speed of an arm
 SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
 SELF_GAIN = 5.0  # [1/s]
+MOST, MOST_OWN = 24, 8  # rows: of the world, and of the robot itself with the cell
+NOTHING = np.empty(0)
 STATIC_COST, MOVING_COST, SELF_COST = (50.0, 100.0), (100.0, 100.0), (500.0, 1000.0)
 
 
@@ -54,50 +58,50 @@ class Rows:
     urgent: np.ndarray
 
 
-def avoidance_rows(
-    robot: Robot,
-    posture: Posture,
-    pairs: Pairs,
-    params: Params,
-    approach: Array | None = None,
-    most: int = 24,
-) -> Rows:
-    """The `most` tightest bounds of the world's pairs nearer than d_inf."""
-    can_move = robot.supports[pairs.link].any(axis=1)
-    near = np.flatnonzero((pairs.distance < reach(params)) & can_move)
-    J = posture.distance_rows(pairs.link[near], pairs.on_robot[near], pairs.normal[near])
-    h = pairs.distance[near] - params.d_s
-    w = np.zeros(len(near))
-    if approach is not None:
-        w = np.maximum(approach[near], 0.0)  # what recedes is not followed
-    moving = w > MOVING
-    low = np.empty(len(near))
-    kappa, urgent, least = np.inf, np.inf, 0.0
-    if params.authority_cap:
-        kappa, urgent = params.kappa, max(URGENT, params.kappa)
-        least = WEAK * params.v_ach_min
-    gamma = params.xi / (params.d_inf - params.d_s)
-    _bounds(
-        J, h, w, params.speed * robot.qd_max, robot.qdd_max, gamma, params.v_esc, kappa, urgent,
-        least, low,
-    )  # fmt: skip
-    if params.mode == "ssm":
-        low = -allowed_speed(pairs.distance[near], params)  # nothing gives way
-    elif params.separation:
-        low = np.maximum(low, -allowed_speed(pairs.distance[near], params))
-    if len(near) > most:
-        tightest = np.sort(np.argsort(-low, kind="stable")[:most])
-        J, low, near = J[tightest], low[tightest], near[tightest]
-        h, moving = h[tightest], moving[tightest]
-    return Rows(
-        jacobian=J,
-        low=low,
-        linear=np.where(moving, MOVING_COST[0], STATIC_COST[0]),
-        quadratic=np.where(moving, MOVING_COST[1], STATIC_COST[1]),
-        source=near,
-        inside=h < 0.0,
-        urgent=moving | (h < -DEEP),
-    )
+class Bounds:
+    """Makes the rows of each tick: the world's first, then the robot's own and the cell's."""
+
+    def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
+        self._robot, self._clearance = robot, Clearance(robot, crops)
+
+    def rows(
+        self,
+        posture: Posture,
+        pairs: Pairs,
+        params: Params,
+        low: Array,
+        high: Array,
+        previous: Array,
+        dt: float,
+    ) -> Rows:
+        """The bounds that some qd in low (n,) <= qd <= high (n,) breaks; others change nothing.
+
+        At most `MOST` of the world's, the tightest, and `MOST_OWN` of the own, the nearest.
+        What is demanded grows, from the `previous` command (n,), no faster than is wise: half
+        of the reachable acceleration, as the braking towards d_s counts on. All of it would
+        swing every joint for the last few mm/s. A retreat that is not urgent is eased in.
+        """
+        robot, n = self._robot, self._robot.n
+        room = max(len(pairs.distance), MOST) + MOST_OWN
+        J, numbers = np.empty((room, n)), np.empty((3, room))
+        source, flags = np.empty(room, dtype=np.int64), np.empty((2, room), dtype=np.bool_)
+        out = _Table(J, numbers[0], numbers[1], numbers[2], source, flags[0], flags[1])
+        box = _Box(low, high, previous, robot.qd_max, robot.qdd_max, params.speed, dt)
+        m = _world(
+            posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal), pairs.distance,
+            NOTHING if pairs.approach is None else pairs.approach, _ceiling(pairs, params),
+            _damping(params), box, out,
+        )  # fmt: skip
+        gaps = self._clearance.measure(posture, SELF_WITHIN)
+        if len(gaps.distance):
+            m = _own(
+                gaps.a, gaps.b, gaps.distance, gaps.on_a, gaps.on_b, gaps.normal,
+                posture.J_base, robot.supports, params.v_esc, params.kappa, box, m, out,
+            )  # fmt: skip
+        return Rows(
+            J[:m], numbers[0, :m], numbers[1, :m], numbers[2, :m], source[:m], flags[0, :m],
+            flags[1, :m],
+        )  # fmt: skip
 
 
 def reach(params: Params) -> float:
@@ -105,55 +109,138 @@ def reach(params: Params) -> float:
     return SSM_REACH if params.mode == "ssm" else params.d_inf
 
 
+class _Damping(NamedTuple):
+    """Numbers of the world's bounds: [m] reach and d_s, [1/s] gamma, [m/s] v_esc, and so on."""
+
+    reach: float
+    d_s: float
+    gamma: float
+    v_esc: float
+    kappa: float  # share of the reachable speed that may be demanded, and before what moves
+    urgent: float
+    least: float  # [m/s] see `WEAK`
+    gives_way: bool
+
+
+def _damping(params: Params) -> _Damping:
+    kappa, urgent, least = np.inf, np.inf, 0.0
+    if params.authority_cap:
+        kappa, urgent = params.kappa, max(URGENT, params.kappa)
+        least = WEAK * params.v_ach_min
+    gamma = params.xi / (params.d_inf - params.d_s)
+    return _Damping(
+        reach(params), params.d_s, gamma, params.v_esc, kappa, urgent, least, params.mode != "ssm"
+    )
+
+
+def _ceiling(pairs: Pairs, params: Params) -> Array:
+    """(B,) [m/s] how fast each pair may close for a person's sake; empty where nobody asks."""
+    if params.mode == "ssm" or params.separation:
+        return allowed_speed(pairs.distance, params)
+    return NOTHING
+
+
+class _Box(NamedTuple):
+    """low (n,) <= qd <= high (n,) of this tick, the last command, and the arm's limits (n,)."""
+
+    low: Array
+    high: Array
+    previous: Array
+    qd_max: Array
+    qdd_max: Array
+    speed: float  # share of qd_max in use
+    dt: float  # [s]
+
+
+class _Table(NamedTuple):
+    """Room for rows, in the order of `Rows`."""
+
+    jacobian: Array
+    low: Array
+    linear: Array
+    quadratic: Array
+    source: NDArray[np.int64]
+    inside: NDArray[np.bool_]
+    urgent: NDArray[np.bool_]
+
+
 @compiled
-def _bounds(
+def _world(
     J: Array,
-    h: Array,
-    w: Array,
-    qd_max: Array,
-    qdd_max: Array,
-    gamma: float,
-    v_esc: float,
-    kappa: float,
-    urgent: float,
-    least: float,
-    low: Array,
-) -> None:
-    """A point that can hardly be moved is no bound: a few mm/s there swing all the rest."""
-    for i in range(len(h)):
+    distance: Array,
+    approach: Array,
+    ceiling: Array,
+    damping: _Damping,
+    box: _Box,
+    out: _Table,
+) -> int:
+    """Write the rows of the world's pairs, J (B, n) the rates of their distances; how many."""
+    m, n = 0, len(box.low)
+    for i in range(len(distance)):
+        h = distance[i] - damping.d_s
+        if not distance[i] < damping.reach:
+            continue
         reach, brake = 0.0, 0.0  # [m/s], [m/s^2] along the normal with all joints at their limit
-        for j in range(J.shape[1]):
-            reach += abs(J[i, j]) * qd_max[j]
-            brake += BRAKING * abs(J[i, j]) * qdd_max[j]
-        free = gamma * h[i]
-        if h[i] > 0.0:
-            free = min(free, np.sqrt(2.0 * brake * h[i]))
-        cap = urgent if w[i] > MOVING else kappa
-        low[i] = min(w[i] - free, v_esc, cap * reach)
-        if reach < 2.0 * least:
-            able = max(reach - least, 0.0) / least
-            low[i] = able * low[i] - (1.0 - able) * reach
+        for j in range(n):
+            out.jacobian[m, j] = J[i, j]
+            reach += abs(J[i, j]) * box.speed * box.qd_max[j]
+            brake += BRAKING * abs(J[i, j]) * box.qdd_max[j]
+        if reach == 0.0:  # the base
+            continue
+        w = max(approach[i], 0.0) if len(approach) else 0.0  # what recedes is not followed
+        free = damping.gamma * h
+        if h > 0.0:
+            free = min(free, np.sqrt(2.0 * brake * h))
+        cap = damping.urgent if w > MOVING else damping.kappa
+        bound = min(w - free, damping.v_esc, cap * reach)
+        if reach < 2.0 * damping.least:
+            # a point that can hardly be moved is no bound: a few mm/s there swing all the rest
+            able = max(reach - damping.least, 0.0) / damping.least
+            bound = able * bound - (1.0 - able) * reach
+        if len(ceiling):
+            bound = max(bound, -ceiling[i]) if damping.gives_way else -ceiling[i]
+        if not _bites(out.jacobian[m], bound, box):
+            continue
+        moving = w > MOVING
+        out.low[m], out.source[m] = bound, i
+        out.linear[m] = MOVING_COST[0] if moving else STATIC_COST[0]
+        out.quadratic[m] = MOVING_COST[1] if moving else STATIC_COST[1]
+        out.inside[m], out.urgent[m] = h < 0.0, moving or h < -DEEP
+        m += 1
+    while m > MOST:
+        loosest = 0
+        for i in range(m):
+            if out.low[i] <= out.low[loosest]:
+                loosest = i
+        for i in range(loosest, m - 1):
+            _copy(out, i + 1, i)
+        m -= 1
+    for i in range(m):
+        _ease(out, i, box)
+    return m
 
 
-def own_rows(robot: Robot, posture: Posture, gaps: Gaps, params: Params, most: int = 8) -> Rows:
-    """The `most` nearest gaps of the robot to itself and to the cell, with the dearest slack."""
-    order = np.argsort(gaps.distance, kind="stable")[:most]
-    m, n = len(order), robot.n
-    J, low = np.empty((m, n)), np.empty(m)
-    _own(
-        order, gaps.a, gaps.b, gaps.distance, gaps.on_a, gaps.on_b, gaps.normal,
-        posture.J_base, robot.supports, params.speed * robot.qd_max,
-        KEPT, params.v_esc, params.kappa, J, low,
-    )  # fmt: skip
-    return Rows(
-        J, low, np.full(m, SELF_COST[0]), np.full(m, SELF_COST[1]),
-        np.full(m, -1), gaps.distance[order] < KEPT, gaps.distance[order] < KEPT / 2.0,
-    )  # fmt: skip
+@compiled
+def _copy(table: _Table, a: int, b: int) -> None:
+    """Row a to row b."""
+    table.jacobian[b] = table.jacobian[a]
+    table.low[b], table.source[b] = table.low[a], table.source[a]
+    table.linear[b], table.quadratic[b] = table.linear[a], table.quadratic[a]
+    table.inside[b], table.urgent[b] = table.inside[a], table.urgent[a]
+
+
+@compiled
+def _bites(J: Array, bound: float, box: _Box) -> bool:
+    """Does some qd in the box break the bound?"""
+    least = 0.0
+    for j in range(len(J)):
+        if J[j] != 0.0:
+            least += J[j] * (box.low[j] if J[j] > 0.0 else box.high[j])
+    return least < bound
 
 
 @compiled
 def _own(
-    order: NDArray[np.int64],
     a: NDArray[np.int64],
     b: NDArray[np.int64],
     distance: Array,
@@ -162,88 +249,50 @@ def _own(
     normal: Array,
     J_base: Array,
     supports: Array,
-    qd_max: Array,
-    kept: float,
     v_esc: float,
     kappa: float,
-    J: Array,
-    low: Array,
-) -> None:
-    """Rate of each gap, and its bound; a gap to the cell has only the one side that moves."""
-    for i, k in enumerate(order):
+    box: _Box,
+    m: int,
+    out: _Table,
+) -> int:
+    """Append the rows of the nearest gaps; how many rows there are then.
+
+    A gap to the cell has only the one side that moves.
+    """
+    order = np.argsort(distance, kind="mergesort")
+    for k in order[:MOST_OWN]:
         n = normal[k]
         turn_a, turn_b = np.cross(on_a[k], n), np.cross(on_b[k], n)
-        reach = 0.0
-        for j in range(J.shape[1]):
+        J, reach = out.jacobian[m], 0.0
+        for j in range(len(J)):
             along, one, two = 0.0, 0.0, 0.0
             for r in range(3):
                 along += n[r] * J_base[r, j]
                 one += turn_a[r] * J_base[3 + r, j]
                 two += turn_b[r] * J_base[3 + r, j]
-            J[i, j] = supports[a[k], j] * (along + one)
+            J[j] = supports[a[k], j] * (along + one)
             if b[k] >= 0:
-                J[i, j] -= supports[b[k], j] * (along + two)
-            reach += abs(J[i, j]) * qd_max[j]
-        low[i] = min(-SELF_GAIN * (distance[k] - kept), v_esc, kappa * reach)
-
-
-def that_can_bite(rows: Rows, low: Array, high: Array) -> Rows:
-    """The rows that some qd in low (n,) <= qd <= high (n,) breaks; the others change nothing."""
-    bite = np.flatnonzero(_bites(rows.jacobian, rows.low, low, high))
-    if len(bite) == len(rows.low):
-        return rows
-    return Rows(
-        rows.jacobian[bite], rows.low[bite], rows.linear[bite], rows.quadratic[bite],
-        rows.source[bite], rows.inside[bite], rows.urgent[bite],
-    )  # fmt: skip
+                J[j] -= supports[b[k], j] * (along + two)
+            reach += abs(J[j]) * box.speed * box.qd_max[j]
+        bound = min(-SELF_GAIN * (distance[k] - KEPT), v_esc, kappa * reach)
+        if not _bites(J, bound, box):
+            continue
+        out.low[m], out.source[m] = bound, -1
+        out.linear[m], out.quadratic[m] = SELF_COST
+        out.inside[m], out.urgent[m] = distance[k] < KEPT, distance[k] < KEPT / 2.0
+        _ease(out, m, box)
+        m += 1
+    return m
 
 
 @compiled
-def _bites(J: Array, bound: Array, low: Array, high: Array) -> np.ndarray:
-    out = np.zeros(len(bound), dtype=np.bool_)
-    for i in range(len(bound)):
-        least = 0.0
-        for j in range(J.shape[1]):
-            least += J[i, j] * (low[j] if J[i, j] > 0.0 else high[j])
-        out[i] = least < bound[i]
-    return out
-
-
-def joined(one: Rows, two: Rows) -> Rows:
-    """Both sets of bounds, in this order."""
-    return Rows(
-        np.concatenate((one.jacobian, two.jacobian)),
-        np.concatenate((one.low, two.low)),
-        np.concatenate((one.linear, two.linear)),
-        np.concatenate((one.quadratic, two.quadratic)),
-        np.concatenate((one.source, two.source)),
-        np.concatenate((one.inside, two.inside)),
-        np.concatenate((one.urgent, two.urgent)),
-    )
-
-
-def eased(rows: Rows, robot: Robot, previous: Array, dt: float) -> Rows:
-    """The rows with demands that grow, from the last command (n,), no faster than is wise.
-
-    Half of the reachable acceleration, as the braking towards d_s counts on: all of it would
-    swing every joint for the last few mm/s. A retreat that is not urgent is taken up slowly.
-    """
-    low = rows.low.copy()
-    share = min(dt / EASE, 1.0)
-    _ease(rows.jacobian, rows.urgent, previous, robot.qdd_max * dt, share, low)
-    return replace(rows, low=low)
-
-
-@compiled
-def _ease(
-    J: Array, urgent: np.ndarray, previous: Array, change: Array, share: float, low: Array
-) -> None:
-    for i in range(len(low)):
-        rate, most = 0.0, 0.0
-        for j in range(J.shape[1]):
-            rate += J[i, j] * previous[j]
-            most += BRAKING * abs(J[i, j]) * change[j]
-        low[i] = min(low[i], rate + most)
-        rate = max(rate, 0.0)
-        if low[i] > rate and not urgent[i]:
-            low[i] = rate + share * (low[i] - rate)
+def _ease(out: _Table, i: int, box: _Box) -> None:
+    """Let the demand of row i grow no faster than is wise; see `Bounds.rows`."""
+    rate, most = 0.0, 0.0
+    for j in range(len(box.low)):
+        rate += out.jacobian[i, j] * box.previous[j]
+        most += BRAKING * abs(out.jacobian[i, j]) * box.qdd_max[j] * box.dt
+    out.low[i] = min(out.low[i], rate + most)
+    rate = max(rate, 0.0)
+    if out.low[i] > rate and not out.urgent[i]:
+        out.low[i] = rate + min(box.dt / EASE, 1.0) * (out.low[i] - rate)

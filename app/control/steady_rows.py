@@ -8,6 +8,8 @@ is believed at once. A pair that is no longer there is kept for a moment and the
 a walking pace, so that the arm is let go and not thrown off.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -25,6 +27,7 @@ TURN = 0.3  # [s] in which a direction is taken over
 KEEP, RECEDE = 0.2, 0.3  # [s] a lost pair stays, [m/s] it then moves away
 UNSURE = 0.012  # [m] a measured distance is too long by: between zones lies something nearer
 ROOM = 64  # pairs that are followed
+NO_SLOT = freeze(np.full(ROOM, -1, dtype=np.intp))
 
 
 class SteadyRows:
@@ -35,12 +38,9 @@ class SteadyRows:
 
     def reset(self) -> None:
         """Follow nothing."""
-        self._link = np.full(ROOM, -1, dtype=np.int64)
-        self._row = np.full(ROOM, -1, dtype=np.int64)
-        self._lost = np.zeros(ROOM)
-        self._distance, self._approach = np.zeros(ROOM), np.zeros(ROOM)
-        self._local, self._world, self._normal = (np.zeros((ROOM, 3)) for _ in range(3))
-        self._apart = np.zeros(ROOM)
+        none = np.full(ROOM, -1, dtype=np.int64)
+        single, triple = np.zeros((4, ROOM)), np.zeros((4, ROOM, 3))
+        self._tracks = _Tracks(none, none.copy(), *single, *triple)
 
     def update(
         self, posture: Posture, pairs: Pairs, approach: Array | None, reach: float, dt: float
@@ -50,25 +50,66 @@ class SteadyRows:
         approach: (B,) [m/s] speed of each pair's world point towards the robot.
         """
         w = np.zeros(len(pairs.distance)) if approach is None else approach
-        on_robot = np.empty((ROOM, 3))
+        t = self._tracks
         _follow(
             posture.T_base_link, pairs.link, pairs.distance, pairs.on_robot, pairs.on_world,
-            pairs.normal, w, reach, dt, self._link, self._row, self._lost, self._distance,
-            self._approach, self._local, self._world, self._normal, self._apart, on_robot,
+            pairs.normal, w, reach, dt, t,
         )  # fmt: skip
-        used = np.flatnonzero(self._link >= 0)
-        distance = self._distance[used] - UNSURE
+        link, row = np.empty((2, ROOM), dtype=np.int64)
+        distance, coming = np.empty((2, ROOM))
+        on_robot, on_world, normal = np.empty((3, ROOM, 3))
+        n, closest = _tell(t, link, row, distance, coming, on_robot, on_world, normal)
         steady = Pairs(
-            link=self._link[used],
-            distance=freeze(distance),
-            on_robot=freeze(on_robot[used]),
-            on_world=freeze(self._world[used]),
-            normal=freeze(self._normal[used]),
-            slot=np.full(len(used), -1, dtype=np.intp),
-            closest=int(np.argmin(distance)) if len(used) else -1,
-            approach=freeze(self._approach[used]),
-        )
-        return steady, self._row[used]
+            link[:n], distance[:n], on_robot[:n], on_world[:n], normal[:n], NO_SLOT[:n], closest,
+            coming[:n],
+        )  # fmt: skip
+        return steady, row[:n]
+
+
+class _Tracks(NamedTuple):
+    """What is followed, a row each: its link, -1 for a free row, and the pair seen now, -1 lost.
+
+    lost: (ROOM,) [s].   distance, approach, apart: (ROOM,) [m], [m/s], [m] as last computed.
+    local: (ROOM, 3) [m] place on the link.   world, normal, on: (ROOM, 3) base frame.
+    """
+
+    link: NDArray[np.int64]
+    row: NDArray[np.int64]
+    lost: Array
+    distance: Array
+    approach: Array
+    apart: Array
+    local: Array
+    world: Array
+    normal: Array
+    on: Array
+
+
+@compiled
+def _tell(
+    tracks: _Tracks,
+    link: NDArray[np.int64],
+    row: NDArray[np.int64],
+    distance: Array,
+    coming: Array,
+    on_robot: Array,
+    on_world: Array,
+    normal: Array,
+) -> tuple[int, int]:
+    """Write down what is followed; how many, and which of them is the closest, -1 of none."""
+    n, closest = 0, -1
+    for t in range(len(tracks.link)):
+        if tracks.link[t] < 0:
+            continue
+        link[n], row[n] = tracks.link[t], tracks.row[t]
+        distance[n], coming[n] = tracks.distance[t] - UNSURE, tracks.approach[t]
+        for k in range(3):
+            on_robot[n, k], on_world[n, k] = tracks.on[t, k], tracks.world[t, k]
+            normal[n, k] = tracks.normal[t, k]
+        if closest < 0 or distance[n] < distance[closest]:
+            closest = n
+        n += 1
+    return n, closest
 
 
 @compiled
@@ -82,18 +123,11 @@ def _follow(
     approach: Array,
     reach: float,
     dt: float,
-    t_link: NDArray[np.int64],
-    t_row: NDArray[np.int64],
-    t_lost: Array,
-    t_distance: Array,
-    t_approach: Array,
-    t_local: Array,
-    t_world: Array,
-    t_normal: Array,
-    t_apart: Array,
-    t_on: Array,
+    tracks: _Tracks,
 ) -> None:
     """Carry what is followed on to this posture, match it with the pairs, take them over."""
+    t_link, t_row, t_lost, t_distance, t_approach, t_apart = tracks[:6]
+    t_local, t_world, t_normal, t_on = tracks[6:]
     for t in range(len(t_link)):
         t_row[t] = -1
         if t_link[t] < 0:
@@ -110,11 +144,13 @@ def _follow(
     for i in range(len(link)):
         if not distance[i] < reach:
             continue
-        best, which, free = SAME_PLACE, -1, -1
+        best, which, free, far = SAME_PLACE, -1, -1, -1
         for t in range(len(t_link)):
             if t_link[t] < 0:
                 free = t if free < 0 else free
-            elif t_link[t] == link[i] and t_row[t] < 0:
+            elif t_row[t] < 0 and (far < 0 or t_distance[t] > t_distance[far]):
+                far = t
+            if t_link[t] == link[i] and t_row[t] < 0:
                 place, way = 0.0, 0.0
                 for k in range(3):
                     place += (t_on[t, k] - on_robot[i, k]) ** 2
@@ -136,8 +172,8 @@ def _follow(
                 length += t_normal[t, k] ** 2
             for k in range(3):
                 t_normal[t, k] /= np.sqrt(length)
-        elif free >= 0:
-            t = free
+        elif free >= 0 or far >= 0:
+            t = free if free >= 0 else far  # what is seen takes the place of what was lost
             t_link[t], t_distance[t] = link[i], distance[i]
             t_normal[t], t_approach[t] = normal[i], approach[i]
         else:

@@ -8,23 +8,15 @@ limits are hard; see `app.control.rows` for the bounds and `app.control.qp` for 
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.config import Params
-from app.control.clearance import Clearance
 from app.control.goals import goal_twist
-from app.control.limits import bring_into, velocity_box
+from app.control.limits import bring_into, next_box, velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.control.qp import Costs, solve
-from app.control.rows import (
-    SELF_WITHIN,
-    Rows,
-    avoidance_rows,
-    eased,
-    joined,
-    own_rows,
-    reach,
-    that_can_bite,
-)
+from app.control.rows import Bounds, reach
 from app.control.steady_rows import SteadyRows
 from app.errors import FlinchError
 from app.messages import Array, Command, CropBox, Goal, JointState, Pairs, freeze
@@ -47,7 +39,7 @@ class WholeBody:
 
     def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
         self._robot = robot
-        self._clearance = Clearance(robot, crops)
+        self._bounds = Bounds(robot, crops)
         self._steady = SteadyRows()
         self.reset()
         self._warm_up()
@@ -80,9 +72,10 @@ class WholeBody:
         aim = RELAXED_SHARE if relaxed else 1.0
         self._share += min(max(aim - self._share, -dt / EASE_SHARE), dt / EASE_SHARE)
         previous = self._in_force(joints)
-        low, high = self._box(joints, params.speed * share * self._share, dt, previous)
+        speed = params.speed * share * self._share
+        low, high = next_box(self._robot, joints.q, speed, dt, previous)
         steady, source = self._steady.update(posture, pairs, approach, reach(params), dt)
-        rows = eased(self._rows(posture, steady, params, low, high), self._robot, previous, dt)
+        rows = self._bounds.rows(posture, steady, params, low, high, previous, dt)
         costs = self._costs(posture, goal, params, previous, dt)
         answer = solve(costs, rows, low, high, params.lexicographic)
         if answer is None:
@@ -92,20 +85,16 @@ class WholeBody:
             return self._braked(joints, dt, "brakes: the bounds had no solution")
         self._unsolved = 0
         self.previous = answer.qd
-        gave = (answer.slack > GIVES_WAY) & rows.inside
-        self._relaxed = self._relaxed + dt if gave.any() else 0.0
-        held = np.flatnonzero(answer.tight)
-        # the world's bounds are told of first, the robot's own only without any of them
-        order = np.lexsort((rows.low[held], rows.source[held] >= 0))
-        first = int(held[order[-1]]) if len(held) else -1
+        first, slack, gave = _tell(answer.slack, answer.tight, rows.low, rows.source, rows.inside)
+        self._relaxed = self._relaxed + dt if gave else 0.0
         acted = int(rows.source[first]) if first >= 0 else -1
         return Command(
             qd=freeze(answer.qd.copy()),
-            activation=float(len(held) > 0),
+            activation=float(first >= 0),
             reference=float(rows.low[first]) if first >= 0 else 0.0,
             scale=min(max(answer.progress, 0.0), 1.0),
             control_row=int(source[acted]) if acted >= 0 else -1,
-            slack=float(answer.slack.max(initial=0.0)),
+            slack=slack,
             reason="slow: too close on more sides than it can leave" if relaxed else "",
         )
 
@@ -131,37 +120,9 @@ class WholeBody:
         self.previous, self._eased[:] = qd, 0.0
         return Command(qd=freeze(qd.copy()), reason=reason)
 
-    def _rows(
-        self,
-        posture: Posture,
-        pairs: Pairs,
-        params: Params,
-        low: Array,
-        high: Array,
-    ) -> Rows:
-        """The bounds that matter within the box, the world's first."""
-        near = avoidance_rows(self._robot, posture, pairs, params, pairs.approach)
-        near = that_can_bite(near, low, high)
-        gaps = self._clearance.measure(posture, SELF_WITHIN)
-        if len(gaps.distance) == 0:
-            return near
-        own = that_can_bite(own_rows(self._robot, posture, gaps, params), low, high)
-        return joined(near, own) if len(own.low) else near
-
     def _in_force(self, joints: JointState) -> Array:
         """The last command, or what the arm really does where it does not follow."""
-        if np.abs(joints.qd - self.previous).max() > ASTRAY:
-            return joints.qd
-        return self.previous
-
-    def _box(
-        self, joints: JointState, speed: float, dt: float, previous: Array
-    ) -> tuple[Array, Array]:
-        """What the joints may do next; where limits contradict each other, position wins."""
-        box = velocity_box(self._robot, joints.q, speed, dt, previous)
-        low = np.minimum(np.maximum(box.low, previous - box.change), box.high)
-        high = np.maximum(np.minimum(box.high, previous + box.change), box.low)
-        return low, np.maximum(low, high)
+        return joints.qd if _farther(joints.qd, self.previous, ASTRAY) else self.previous
 
     def _costs(
         self, posture: Posture, goal: Goal | None, params: Params, previous: Array, dt: float
@@ -173,9 +134,7 @@ class WholeBody:
                 posture.T_base_tool, goal.T_base_tool, params.lambda_p, params.lambda_o,
                 params.v_max, params.w_max,
             )  # fmt: skip
-        for stage in self._eased:  # a goal that jumps is no step of the arm's speed
-            stage += min(dt / EASE, 1.0) * (twist - stage)
-            twist = stage.copy()
+        _ease(self._eased, min(dt / EASE, 1.0), twist)
         mu = manipulability(tool)
         lost = max(0.0, 1.0 - mu / SINGULAR)
         push = np.zeros(len(previous))
@@ -185,3 +144,45 @@ class WholeBody:
             tool, twist, previous, push, params.k_g, params.k_b,
             LAMBDA_Q + LAMBDA_SINGULAR * lost * lost, LAMBDA_A, params.slide,
         )  # fmt: skip
+
+
+@compiled
+def _farther(a: Array, b: Array, limit: float) -> bool:
+    """Does any part of a differ from b by more than the limit?"""
+    out = False
+    for j in range(len(a)):
+        out |= abs(a[j] - b[j]) > limit
+    return out
+
+
+@compiled
+def _ease(stages: Array, share: float, twist: Array) -> None:
+    """Let the twist (6,) through the stages (2, 6): a goal that jumps is no step of the speed."""
+    for stage in stages:
+        for i in range(len(twist)):
+            stage[i] += share * (twist[i] - stage[i])
+            twist[i] = stage[i]
+
+
+@compiled
+def _tell(
+    slack: Array,
+    tight: NDArray[np.bool_],
+    low: Array,
+    source: NDArray[np.int64],
+    inside: NDArray[np.bool_],
+) -> tuple[int, float, bool]:
+    """The bound that holds the arm most, -1 for none, the largest slack, and if one gave way.
+
+    The world's bounds are told of first, the robot's own only without any of them.
+    """
+    first, most, gave = -1, 0.0, False
+    for i in range(len(low)):
+        most = max(most, slack[i])
+        gave |= inside[i] and slack[i] > GIVES_WAY
+        if not tight[i]:
+            continue
+        world, before = source[i] >= 0, first >= 0 and source[first] >= 0
+        if first < 0 or (world and not before) or (world == before and low[i] >= low[first]):
+            first = i
+    return first, most, gave

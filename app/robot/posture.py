@@ -19,6 +19,7 @@ import numpy as np
 import pinocchio as pin
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array
 
 
@@ -40,13 +41,8 @@ class Posture:
 
     def tool_jacobian(self) -> Array:
         """(6, n) of the tool frame's origin, axes of the base, linear rows first."""
-        out = self.J_base * self.tool_support
-        x, y, z = self.T_base_tool[:3, 3]
-        a, b, c = out[3:]
-        # np.cross of so few numbers costs 30 us; written out it is 6
-        out[0] += b * z - c * y
-        out[1] += c * x - a * z
-        out[2] += a * y - b * x
+        out = np.empty(self.J_base.shape)
+        _tool(self.J_base, self.tool_support, self.T_base_tool, out)
         return out
 
     def distance_rows(self, links: NDArray[np.intp], points: Array, normals: Array) -> Array:
@@ -55,15 +51,39 @@ class Posture:
         For a pair's nearest point and retreat direction this is the rate of the distance
         while the world stands still: d_dot = J_d qd - n . v_o.
         """
-        wrench = np.empty((len(points), 6))
-        wrench[:, :3] = normals
-        # np.cross costs 20 us for one row; written out it is 4
-        px, py, pz = points[:, 0], points[:, 1], points[:, 2]
-        nx, ny, nz = normals[:, 0], normals[:, 1], normals[:, 2]
-        wrench[:, 3] = py * nz - pz * ny
-        wrench[:, 4] = pz * nx - px * nz
-        wrench[:, 5] = px * ny - py * nx
-        return (wrench @ self.J_base) * self.supports[links]
+        out = np.empty((len(points), self.J_base.shape[1]))
+        _rates(links, points, normals, self.J_base, self.supports, out)
+        return out
+
+
+@compiled
+def _tool(J_base: Array, support: Array, T_base_tool: Array, out: Array) -> None:
+    x, y, z = T_base_tool[0, 3], T_base_tool[1, 3], T_base_tool[2, 3]
+    for j in range(J_base.shape[1]):
+        a, b, c = J_base[3, j], J_base[4, j], J_base[5, j]
+        out[0, j] = support[j] * (J_base[0, j] + b * z - c * y)
+        out[1, j] = support[j] * (J_base[1, j] + c * x - a * z)
+        out[2, j] = support[j] * (J_base[2, j] + a * y - b * x)
+        out[3, j], out[4, j], out[5, j] = support[j] * a, support[j] * b, support[j] * c
+
+
+@compiled
+def _rates(
+    links: NDArray[np.int64],
+    points: Array,
+    normals: Array,
+    J_base: Array,
+    supports: Array,
+    out: Array,
+) -> None:
+    for i in range(len(links)):
+        px, py, pz = points[i, 0], points[i, 1], points[i, 2]
+        nx, ny, nz = normals[i, 0], normals[i, 1], normals[i, 2]
+        ax, ay, az = py * nz - pz * ny, pz * nx - px * nz, px * ny - py * nx
+        for j in range(J_base.shape[1]):
+            v = nx * J_base[0, j] + ny * J_base[1, j] + nz * J_base[2, j]
+            v += ax * J_base[3, j] + ay * J_base[4, j] + az * J_base[5, j]
+            out[i, j] = v * supports[links[i], j]
 
 
 def rotation_vector(R: Array) -> Array:
