@@ -8,7 +8,7 @@ import pytest
 from app.cli import main
 from app.errors import ConfigError
 from app.messages import Pairs
-from app.studies.bench_control import make_cases
+from app.studies.control_cases import make_cases
 from app.studies.free_direction import free_direction
 from app.studies.plot import check_plot, plot_tradeoff
 from app.studies.random_worlds import CLEAR, random_goal, random_world, run_trial

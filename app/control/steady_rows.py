@@ -26,7 +26,7 @@ CALM = 0.2  # [s] in which an approach is forgotten; it is believed at once
 TURN = 0.3  # [s] in which a direction is taken over
 KEEP, RECEDE = 0.2, 0.3  # [s] a lost pair stays, [m/s] it then moves away
 UNSURE = 0.012  # [m] a measured distance is too long by: between zones lies something nearer
-ROOM = 64  # pairs that are followed
+ROOM = 128  # pairs that are followed
 NO_SLOT = freeze(np.full(ROOM, -1, dtype=np.intp))
 
 

@@ -1,37 +1,29 @@
 """The control step alone, from pairs to joint velocity, beside other software on the same pairs.
 
-Every tick has a new posture, new pairs and a new goal: nothing can be kept from the last one.
-Times are given by the clock and by the thread's own processor time, since on a shared machine
-the slowest per cent are mostly the waits for a processor.
+The moments are those of many short runs among still points, which the arm cannot all keep away
+from; in one row of the report nothing of a tick is left in the next one. Others are given pairs
+that are at least d_s away at first, since most of them have no answer inside of it; what they
+left unsolved is counted. Times are given by the clock and by the thread's own processor time,
+since on a shared machine the slowest per cent are mostly the waits for a processor.
 """
 
 import time
 from collections.abc import Callable
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from app.config import Params
 from app.control.avoidance import Avoidance
 from app.control.whole_body import WholeBody
-from app.messages import Array, Goal, JointState, Pairs
+from app.messages import Array
 from app.robot.model import Robot, find_robot, load_robot
-from app.robot.posture import Posture
+from app.studies.control_cases import DT, FAR, Case, make_cases, make_runs
 from app.studies.peers_control import peers
 from app.studies.report import Check, Report
 
 WARM = 200
-DT = 0.004
-FAR = 0.59  # [m] just inside d_inf
-
-
-class Case(NamedTuple):
-    """What one control step is given."""
-
-    posture: Posture
-    joints: JointState
-    pairs: Pairs
-    goal: Goal
+MANY = (1, 10, 100)  # pairs for which others are measured beside
 
 
 def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Report:
@@ -54,10 +46,11 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
         ("qp, all too near", 32, qp.d_s, bounds, qp),
     ]
     for name, k, far, control, params in subjects:
-        cases = make_cases(robot, k, WARM + steps, seed, far)
-        control.reset()
+        cases = make_runs(robot, k, WARM + steps, seed, far)
 
         def step(c: Case, control: Any = control, params: Params = params) -> None:
+            if c.first:
+                control.reset()
             control.update(c.posture, c.joints, c.pairs, c.goal, params, DT)
 
         title, times = f"{name}, {k} pairs", _times(step, cases)
@@ -92,30 +85,7 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
     return Report("bench control", seed, rows, checks)
 
 
-def make_cases(robot: Robot, k: int, count: int, seed: int, far: float = FAR) -> list[Case]:
-    """Random postures near home with `k` pairs on moving links, 0.15 to `far` [m] away.
-
-    Up to d_inf few rows can be broken within one tick and the rest are left out; with `far`
-    at d_s every row demands a retreat, most of them against each other.
-    """
-    rng = np.random.default_rng([seed, k])
-    moving = np.flatnonzero(robot.supports.any(axis=1))
-    cases = []
-    for _ in range(count):
-        q = robot.home + rng.uniform(-0.5, 0.5, robot.n)
-        posture = robot.posture(q)
-        link = np.sort(np.resize(moving[1:], k))
-        n = rng.normal(size=(k, 3))
-        n /= np.linalg.norm(n, axis=1)[:, None]
-        on = posture.T_base_link[link, :3, 3] - 0.06 * n
-        d = rng.uniform(0.15, far, k)
-        pairs = Pairs(link, d, on, on - d[:, None] * n, n, np.arange(k), int(np.argmin(d)))
-        goal = Goal(robot.posture(q + rng.uniform(-0.3, 0.3, robot.n)).T_base_tool)
-        cases.append(Case(posture, JointState(0.0, q, np.zeros(robot.n)), pairs, goal))
-    return cases
-
-
-def _times(step: Callable[[Case], None], cases: list[Case]) -> dict[str, float]:
+def _times(step: Callable[[Case], Any], cases: list[Case]) -> dict[str, float]:
     for c in cases[:WARM]:
         step(c)
     wall, cpu = np.empty(len(cases) - WARM), np.empty(len(cases) - WARM)
@@ -158,10 +128,12 @@ def _beside(robot: Robot, seed: int) -> list[dict[str, Any]]:
     """Ours, a peer, ours again, on the same pairs; the peers that can be imported here."""
     control, params = WholeBody(robot), Params(mode="qp")
     rows: list[dict[str, Any]] = []
-    for k in (1, 10):
-        cases = make_cases(robot, k, WARM + 300, seed)
+    for k in MANY:
+        cases = make_runs(robot, k, WARM + 400, seed, near=params.d_s)
 
         def ours(c: Case) -> None:
+            if c.first:
+                control.reset()
             control.update(c.posture, c.joints, c.pairs, c.goal, params, DT)
 
         for name, make in peers().items():
@@ -170,12 +142,14 @@ def _beside(robot: Robot, seed: int) -> list[dict[str, Any]]:
                     rows.append({"name": name, "left_out": make})
                 continue
             before = _times(ours, cases)["p50_ms"]
-            theirs = _times(make(robot, k), cases)
+            peer = make(robot, k)
+            theirs = _times(peer, cases)
             after = _times(ours, cases)["p50_ms"]
             rows.append(
                 {
                     "name": f"{name}, {k} pairs",
                     **theirs,
+                    "unsolved": sum(not peer(c) for c in cases) / len(cases),
                     "ours_p50_ms": (before + after) / 2.0,
                     "faster_than_peer": theirs["p50_ms"] / ((before + after) / 2.0),
                 }

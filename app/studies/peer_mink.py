@@ -14,7 +14,7 @@ from app.robot.model import Robot
 DT = 0.004
 
 
-def mink_step(robot: Robot, k: int) -> Callable[[Any], None]:
+def mink_step(robot: Robot, k: int) -> Callable[[Any], bool]:
     """One step: a posture, a goal and the pairs of a case to a joint velocity."""
     mink, limits, mujoco = (import_module(m) for m in ("mink", "mink.limits", "mujoco"))
     params = Params()
@@ -36,14 +36,15 @@ def mink_step(robot: Robot, k: int) -> Callable[[Any], None]:
         frame_name=robot.tool_frame, frame_type="body", position_cost=1.0, orientation_cost=0.5
     )
 
-    def step(c: Any) -> None:
+    def step(c: Any) -> bool:
         configuration.update(np.array(c.posture.q))
         keep.h = c.pairs.distance - params.d_s
         keep.J = c.posture.distance_rows(c.pairs.link, c.pairs.on_robot, c.pairs.normal)
         task.set_target(mink.SE3.from_matrix(c.goal.T_base_tool))
-        # it has no slack; a step without a solution still counts with its time
-        with suppress(mink.NoSolutionFound):
+        with suppress(mink.NoSolutionFound):  # it has no slack
             mink.solve_ik(configuration, [task], DT, "daqp", limits=bounds)
+            return True
+        return False
 
     return step
 

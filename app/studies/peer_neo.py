@@ -22,13 +22,13 @@ LAMBDA_Q, LONGEST = 0.01, 10.0  # of the publication: cost of speed, bound of th
 XI_JOINT, NEAR_JOINT, LEAST_JOINT = 1.0, 0.9, 0.05  # [1/s], [rad], [rad] of the joints' dampers
 
 
-def neo(robot: Robot, k: int) -> Callable[[Any], None]:
+def neo(robot: Robot, k: int) -> Callable[[Any], bool]:
     """One step: a posture, a goal and the pairs of a case to a joint velocity."""
     solve_qp = import_module("qpsolvers").solve_qp
     params, n = Params(), robot.n
     most = np.concatenate((robot.qd_max, np.full(6, LONGEST)))
 
-    def step(c: Any) -> None:
+    def step(c: Any) -> bool:
         J, q = c.posture.tool_jacobian(), c.posture.q
         T, goal = c.posture.T_base_tool, c.goal.T_base_tool
         t = goal_twist(T, goal, params.lambda_p, params.lambda_o, params.v_max, params.w_max)
@@ -44,9 +44,10 @@ def neo(robot: Robot, k: int) -> Callable[[Any], None]:
         slow = XI_JOINT * (room[close] - LEAST_JOINT) / (NEAR_JOINT - LEAST_JOINT)
         G = np.concatenate((-rows[near], ends))
         G = np.concatenate((G, np.zeros((len(G), 6))), axis=1)
-        solve_qp(
+        x = solve_qp(
             Q, g, G, np.concatenate((free[near], slow)),
             np.concatenate((J, np.eye(6)), axis=1), t, -most, most, solver="quadprog",
         )  # fmt: skip
+        return x is not None
 
     return step

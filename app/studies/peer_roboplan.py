@@ -18,7 +18,7 @@ from app.studies.peer_mink import bare_urdf
 DT, RADIUS = 0.004, 1e-3  # [s], [m]
 
 
-def roboplan_step(robot: Robot, k: int) -> Callable[[Any], None]:
+def roboplan_step(robot: Robot, k: int) -> Callable[[Any], bool]:
     """One step: a posture, a goal and the pairs of a case to a joint displacement."""
     core, ik = import_module("roboplan.core"), import_module("roboplan.optimal_ik")
     params = Params()
@@ -46,15 +46,16 @@ def roboplan_step(robot: Robot, k: int) -> Callable[[Any], None]:
         T[:3, 3] = point
         scene.updateGeometryPlacement(name, frame, T)
 
-    def step(c: Any) -> None:
+    def step(c: Any) -> bool:
         for i, (on, at) in enumerate(ends):
             link = c.pairs.link[i]
             T = c.posture.T_base_link[link]
             place(on, robot.links[link], T[:3, :3].T @ (c.pairs.on_robot[i] - T[:3, 3]))
             place(at, "universe", c.pairs.on_world[i])
         task.setTargetFrameTransform(np.asfortranarray(c.goal.T_base_tool))
-        # it has no slack; a step without a solution still counts with its time
-        with suppress(RuntimeError):
+        with suppress(RuntimeError):  # it has no slack
             oink.solveIk(np.array(c.posture.q), [task], limits, [barrier], out)
+            return True
+        return False
 
     return step

@@ -18,7 +18,7 @@ from app.studies.peer_mink import mink_step
 from app.studies.peer_neo import neo
 from app.studies.peer_roboplan import roboplan_step
 
-Step = Callable[[Any], None]
+Step = Callable[[Any], bool]  # was there an answer?
 DT = 0.004
 
 
@@ -58,18 +58,19 @@ def _pink(robot: Robot, k: int) -> Step:
     configuration = pink.Configuration(model, robot._data, robot.home.copy())
     target = configuration.get_transform_frame_to_world(robot.tool_frame).copy()
 
-    def step(c: Any) -> None:
+    def step(c: Any) -> bool:
         configuration.update(np.array(c.posture.q))
         keep.h = c.pairs.distance - params.d_s
         keep.J = c.posture.distance_rows(c.pairs.link, c.pairs.on_robot, c.pairs.normal)
         target.translation = c.goal.T_base_tool[:3, 3]
         target.rotation = c.goal.T_base_tool[:3, :3]
         task.set_target(target)
-        # it has no slack; a step without a solution still counts with its time
-        with suppress(pink.exceptions.NoSolutionFound):
+        with suppress(pink.exceptions.NoSolutionFound):  # it has no slack
             pink.solve_ik(
                 configuration, [task], DT, solver="proxqp", limits=bounds, barriers=[keep],
                 safety_break=False,
             )  # fmt: skip
+            return True
+        return False
 
     return step
