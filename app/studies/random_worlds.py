@@ -26,6 +26,7 @@ from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
 from app.studies.free_direction import free_direction
 from app.studies.headless import JUDGED_EVERY
+from app.studies.least import LeastDistance
 from app.studies.report import Check, Report
 from app.studies.trial_log import Trial, TrialLog
 from app.studies.truth import TrueDistance
@@ -125,11 +126,12 @@ def run_trial(
 
 
 class _Past(NamedTuple):
-    """A judged moment: true and perceived distance of each moving link."""
+    """A judged moment: true and perceived distance of each moving link, and its nearest body."""
 
     snapshot: Snapshot
     true: Array
     seen: Array
+    nearest: list[str]
 
 
 class _Watch:
@@ -140,7 +142,8 @@ class _Watch:
         self._moving = np.flatnonzero(robot.supports.any(axis=1))
         self._previous = np.zeros(robot.n)
         self._period, self._judged = 1.0 / rate, -np.inf
-        self._past: deque[_Past] = deque()
+        self._least = LeastDistance(truth, robot, self._moving, world)
+        self._past: deque[Snapshot] = deque()
 
     def see(self, s: Snapshot) -> None:
         """Take note of one tick."""
@@ -157,30 +160,34 @@ class _Watch:
         if s.stamp < self._judged + JUDGED_EVERY:
             return
         self._judged = s.stamp
-        true = self._truth.measure(s.T_base_link, self._world)[self._moving]
-        seen = np.full(len(robot.links), np.inf)
-        np.minimum.at(seen, s.body.link, s.body.distance)
-        self._past.append(_Past(s, true, seen[self._moving]))
-        while self._past[0].snapshot.stamp <= s.stamp - AHEAD:
+        self._past.append(s)
+        while self._past[0].stamp <= s.stamp - AHEAD:
             self._past.popleft()
-        t.least = min(t.least, float(true.min()))
-        if true.min() <= 0.0 and t.touch is None:
-            t.touch = self._judge(s, int(np.argmin(true)))
+        t.least = self._least.update(s.T_base_link, s.world)
+        if t.least <= 0.0 and t.touch is None:
+            t.touch = self._judge(s)
 
-    def _judge(self, s: Snapshot, i: int) -> dict[str, Any]:
+    def _measured(self, s: Snapshot) -> _Past:
+        found = self._truth.nearest(s.T_base_link, self._world, poses=s.world)
+        seen = np.full(len(found), np.inf)
+        np.minimum.at(seen, s.body.link, s.body.distance)
+        true, nearest = zip(*(found[i] for i in self._moving), strict=True)
+        return _Past(s, np.array(true), seen[self._moving], list(nearest))
+
+    def _judge(self, s: Snapshot) -> dict[str, Any]:
         """The first touch: of which link, by what, and why."""
-        past = list(self._past)
+        past = [self._measured(p) for p in self._past]
+        i = int(np.argmin(past[-1].true))
         seen = all(p.seen[i] - p.true[i] <= TRUE for p in past)
         free = all(self._free(a, b) for a, b in pairwise(past))
         passed = max(past[-1].snapshot.stamp - past[0].snapshot.stamp, 1e-9)
-        name = self._truth.nearest(s.T_base_link, self._world)[int(self._moving[i])][1]
         cause = "avoidable" if free else "no free direction"
         if not seen:
             cause = f"not seen {AHEAD:g} s ahead"
         return {
             "at_s": s.stamp,
             "link": self._robot.links[int(self._moving[i])],
-            "body": name,
+            "body": past[-1].nearest[i],
             "closing_mps": float((past[0].true[i] - past[-1].true[i]) / passed),
             "slack_mps": max(p.snapshot.command.slack for p in past),
             "arm_rad_s": float(np.abs(s.joints.qd).max()),

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import WorldError, options
-from app.messages import Array
+from app.messages import Array, BodyPose
 from app.world.shapes import Shape
 from app.world.world import World
 
@@ -50,16 +50,23 @@ class TrueDistance:
         return np.array([d for d, _ in self.nearest(T_base_link, world, leave_out)])
 
     def nearest(
-        self, T_base_link: Array, world: World, leave_out: Collection[str] = ()
+        self,
+        T_base_link: Array,
+        world: World,
+        leave_out: Collection[str] = (),
+        poses: Sequence[BodyPose] | None = None,
     ) -> list[tuple[float, str]]:
-        """As `measure`, with the name of each link's nearest body ("" without any body)."""
+        """As `measure`, with the name of each link's nearest body ("" without any body).
+
+        poses: of the world's bodies at another time; None: as they are now.
+        """
         shapes = world.shapes()
         for name in leave_out:
             if name not in shapes:
                 raise WorldError(f"no body {name!r} to leave out; {options(name, shapes)}")
         others = [
             (p.view.name, self._solid(shapes[p.view.name]), p.T_base_body)
-            for p in world.poses()
+            for p in (world.poses() if poses is None else poses)
             if p.view.name not in leave_out
         ]
         return [
@@ -69,21 +76,37 @@ class TrueDistance:
     def _nearest(
         self, link: Hull, T_base_link: Array, others: list[tuple[str, Hull, Array]]
     ) -> tuple[float, str]:
-        at_link, at_box = _at(T_base_link), _at(T_base_link, link.centre)
-        bounds = []
-        for i, (_, solid, T) in enumerate(others):
-            bound = self._distance(link.box, at_box, solid.box, _at(T, solid.centre))
-            # boxes that overlap say nothing of how deep the exact shapes do
-            bounds.append((bound if bound > 0.0 else -np.inf, i))
+        bounds = [
+            (self._bound(link, T_base_link, solid, T), i) for i, (_, solid, T) in enumerate(others)
+        ]
         best, nearest = np.inf, ""
         for bound, i in sorted(bounds):
             if bound >= best:
                 break
             name, solid, T = others[i]
-            d = self._distance(link.exact, at_link, solid.exact, _at(T))
+            d = self._distance(link.exact, _at(T_base_link), solid.exact, _at(T))
             if d < best:
                 best, nearest = d, name
         return best, nearest
+
+    def pair(
+        self, link: int, T_base_link: Array, shape: Shape, T_base_body: Array, needed: float
+    ) -> float:
+        """Distance [m] of one link, posed at T_base_link (4, 4), to one body.
+
+        Not measured where that cannot be below `needed` [m]: then a lower bound, not below it.
+        """
+        hull, solid = self._links[link], self._solid(shape)
+        bound = self._bound(hull, T_base_link, solid, T_base_body)
+        if bound >= needed:
+            return bound
+        return self._distance(hull.exact, _at(T_base_link), solid.exact, _at(T_base_body))
+
+    def _bound(self, link: Hull, T_base_link: Array, solid: Hull, T_base_body: Array) -> float:
+        at_link, at_body = _at(T_base_link, link.centre), _at(T_base_body, solid.centre)
+        bound = self._distance(link.box, at_link, solid.box, at_body)
+        # boxes that overlap say nothing of how deep the exact shapes do
+        return bound if bound > 0.0 else -np.inf
 
     def _distance(self, a: Any, at_a: Any, b: Any, at_b: Any) -> float:
         return float(coal.distance(a, at_a, b, at_b, self._request, coal.DistanceResult()))
