@@ -11,10 +11,28 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import SLOTS, Array
+from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
 
 VALID, MERGED, FIRST, UNCONFIRMED, NO_TARGET = 5, 9, 6, 10, 255
 MERGE_DEPTH = 0.6  # [m] two targets in a zone separate only beyond this
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Reading:
+    """The truth of one frame before the error model, (64,) each.
+
+    depth: [m] perpendicular depth of the nearest cluster in the zone, +inf if none.
+    merged: another surface stands less than 0.6 m behind it in the same zone.
+    label: body link that was hit, -1 the world, -2 nothing.
+    pure:  every sub-ray of the zone has the same label.
+    """
+
+    depth: Array
+    merged: NDArray[np.bool_]
+    label: NDArray[np.int16]
+    pure: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -53,24 +71,80 @@ class ErrorModel:
         zones[: resolution**2] = centre * (1.0 - 0.115 * off**2)
         return zones
 
-    def detection(self, depth: Array, range_90: Array) -> Array:
-        """Probability of a target at `depth`: logistic, 90 % at `range_90`, steep as its 8 %."""
-        width = 0.08 * range_90
-        x = np.clip((depth - range_90) / width - np.log(9.0), -60.0, 60.0)
-        return 1.0 / (1.0 + np.exp(x))
+    def measure(
+        self,
+        truth: Reading,
+        far: float,
+        range_90: Array,
+        bias: Array,
+        had_target: NDArray[np.bool_],
+        first: bool,
+        random: np.random.Generator,
+    ) -> tuple[Array, NDArray[np.uint8], NDArray[np.uint8]]:
+        """Distance [m], status and number of targets, (64,) each, that a frame reports of `truth`.
+
+        far: [m] nothing is seen beyond.   range_90: (64,) as of the method of this name.
+        bias: (64,) share of the distance.   had_target: (64,) in the sensor's last frame; becomes
+        that of this one.   first: of the sensor's frames.
+        """
+        distance = np.empty(SLOTS)
+        status, targets = (np.empty(SLOTS, dtype=np.uint8) for _ in range(2))
+        # of each zone: found, bad, a ghost and where (if there may be one), and stale junk
+        chance = np.empty((0 if self.ideal else 5 if self.ghosts > 0.0 else 3, SLOTS))
+        noise = np.empty(SLOTS)
+        if not self.ideal:
+            random.random(out=chance[0])
+            random.standard_normal(out=noise)
+            random.random(out=chance[1:])
+        _measure(
+            truth.depth, truth.merged, far, range_90, bias, had_target, first, chance, noise,
+            self.near_offset, self.near_range, self.bad_4, self.bad_2, self.ghosts,
+            distance, status, targets,
+        )  # fmt: skip
+        return distance, status, targets
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Reading:
-    """The truth of one frame before the error model, (64,) each.
-
-    depth: [m] perpendicular depth of the nearest cluster in the zone, +inf if none.
-    merged: another surface stands less than 0.6 m behind it in the same zone.
-    label: body link that was hit, -1 the world, -2 nothing.
-    pure:  every sub-ray of the zone has the same label.
-    """
-
-    depth: Array
-    merged: NDArray[np.bool_]
-    label: NDArray[np.int16]
-    pure: NDArray[np.bool_]
+@compiled
+def _measure(
+    depth: Array,
+    merged: NDArray[np.bool_],
+    far: float,
+    range_90: Array,
+    bias: Array,
+    had_target: NDArray[np.bool_],
+    first: bool,
+    chance: Array,
+    noise: Array,
+    near_offset: float,
+    near_range: float,
+    bad_4: float,
+    bad_2: float,
+    ghosts: float,
+    distance: Array,
+    status: NDArray[np.uint8],
+    targets: NDArray[np.uint8],
+) -> None:
+    for z in range(len(depth)):
+        seen = depth[z] <= far
+        d = depth[z] if seen else 1.0
+        said = MERGED if merged[z] else VALID
+        if len(chance):
+            # detection is logistic, 90 % at `range_90` and steep as the datasheet's 8 %
+            x = (d - range_90[z]) / (0.08 * range_90[z]) - np.log(9.0)
+            seen = seen and chance[0, z] < 1.0 / (1.0 + np.exp(x))
+            near = near_offset * min(max(1.0 - d / near_range, 0.0), 1.0)
+            d = d * (1.0 + bias[z]) + near + noise[z] * max(NOISE_FLOOR, NOISE_SHARE * d)
+            if chance[1, z] < bad_4:
+                said = 4
+            elif chance[1, z] < bad_4 + bad_2:
+                said = 2
+            elif seen and not had_target[z] and said == VALID:
+                said = FIRST if first else UNCONFIRMED
+            if ghosts > 0.0 and chance[2, z] < ghosts:
+                d, seen, said = 0.05 + 0.95 * chance[3, z], True, VALID
+            if not seen:  # what a real sensor leaves in a zone without a target is stale junk
+                d = 0.02 + 1.98 * chance[-1, z]
+        had_target[z] = seen
+        distance[z] = np.rint(max(d, 0.0) * 1000.0) / 1000.0
+        status[z] = said if seen else NO_TARGET
+        targets[z] = seen

@@ -6,6 +6,7 @@ mean. Sensors are staggered over one period and their frames arrive `latency` la
 """
 
 from collections import deque
+from math import floor
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,17 +15,9 @@ from app.messages import SLOTS, Array, SensorFrame, freeze
 from app.raycast import MISS
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import FIELD_OF_VIEW, Skin, range_noise, zone_directions
+from app.robot.skin import FIELD_OF_VIEW, Skin, zone_directions
 from app.sensing import zones
-from app.sensing.error_model import (
-    FIRST,
-    MERGED,
-    NO_TARGET,
-    UNCONFIRMED,
-    VALID,
-    ErrorModel,
-    Reading,
-)
+from app.sensing.error_model import ErrorModel, Reading
 from app.sensing.source import Unfailing
 from app.world.world import World
 
@@ -78,7 +71,7 @@ class SimulatedSkin(Unfailing):
             self._next = now + period * np.arange(self._skin.count) / self._skin.count
         for k in np.flatnonzero(self._next <= now + 1e-9):
             # a sensor keeps its rhythm: what a stall has swallowed is not sent in a burst
-            self._next[k] += period * (np.floor((now - self._next[k]) / period + 1e-6) + 1.0)
+            self._next[k] += period * (floor((now - self._next[k]) / period + 1e-6) + 1.0)
             if k not in self.muted:
                 self._on_the_way.append(self._frame(int(k), now, posture))
         arrived = []
@@ -96,20 +89,19 @@ class SimulatedSkin(Unfailing):
         T = posture.T_base_link[link]
         rays, lens = self._rays[k], self._skin.origin[k]
         origin, axis = T[:3, :3] @ lens + T[:3, 3], T[:3, :3] @ self._skin.axis[k]
-        lenses = np.tile(origin, (len(rays), 1))
-        hit = self._world.cast(lenses, rays @ T[:3, :3].T, (origin, axis, float(CONE), FAR))
-        label = np.where(hit < MISS, -1, -2).astype(np.int16)
+        lenses = np.empty_like(rays)
+        lenses[:] = origin
         own, own_label = self._own[k]
-        label = np.where(own < hit, own_label, label)
-        hit = np.minimum(hit, own)
+        hit, label = own.copy(), own_label.copy()
+        cone = (origin, axis, float(CONE), FAR)
+        zones.nearer(self._world.cast(lenses, rays @ T[:3, :3].T, cone), -1, hit, label)
         zones.aim(
             posture.T_base_link, link, self._robot.welded[link], self._centre, self._radius,
             lens, self._skin.axis[k], float(CONE), FAR, self._T, self._seen,
         )  # fmt: skip
         for i in np.flatnonzero(self._seen).tolist():
             t = self._robot.rigid[i].cast(*zones.turned(self._T[i], lens, rays))
-            label[t < hit] = i
-            hit = np.minimum(hit, t)
+            zones.nearer(t, i, hit, label)
         out = Reading(
             depth=np.full(SLOTS, np.inf),
             merged=np.zeros(SLOTS, dtype=bool),
@@ -122,51 +114,28 @@ class SimulatedSkin(Unfailing):
         return out
 
     def _frame(self, k: int, now: float, posture: Posture) -> SensorFrame:
-        truth = self.read(k, posture)
-        e, rng = self._errors, self._random
-        depth = truth.depth
-        seen = depth <= FAR
-        safe = np.where(seen, depth, 1.0)
-        distance = safe
-        status = np.where(truth.merged, MERGED, VALID)
-        if not e.ideal:
-            seen &= rng.random(SLOTS) < e.detection(safe, self._range[k])
-            near = e.near_offset * np.clip(1.0 - safe / e.near_range, 0.0, 1.0)
-            noise = rng.normal(size=SLOTS) * range_noise(safe)
-            distance = safe * (1.0 + self._bias[k]) + near + noise
-            draw = rng.random(SLOTS)
-            status[draw < e.bad_4] = 4
-            status[(draw >= e.bad_4) & (draw < e.bad_4 + e.bad_2)] = 2
-            status[seen & ~self._had_target[k] & (status == VALID)] = UNCONFIRMED
-            if self._sequence[k] == 0:
-                status[status == UNCONFIRMED] = FIRST
-            if e.ghosts > 0.0:
-                ghost = rng.random(SLOTS) < e.ghosts
-                distance = np.where(ghost, rng.uniform(0.05, 1.0, SLOTS), distance)
-                seen |= ghost
-                status[ghost] = VALID
-            # what a real sensor leaves in a zone without a target is stale junk
-            distance = np.where(seen, distance, rng.uniform(0.02, 2.0, SLOTS))
-        self._had_target[k] = seen
+        distance, status, targets = self._errors.measure(
+            self.read(k, posture), FAR, self._range[k], self._bias[k], self._had_target[k],
+            self._sequence[k] == 0, self._random,
+        )  # fmt: skip
         self._sequence[k] += 1
         return SensorFrame(
             sensor=k,
             stamp=now,
             sequence=int(self._sequence[k]),
-            distance=freeze(np.round(np.maximum(distance, 0.0), 3)),
-            status=freeze(np.where(seen, status, NO_TARGET).astype(np.uint8)),
-            targets=freeze(seen.astype(np.uint8)),
+            distance=freeze(distance),
+            status=freeze(status),
+            targets=freeze(targets),
         )
 
     def _own_hits(self, k: int) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
         """Hits on the sensor's own link and what is fixed to it never change; cast once."""
         rays = np.ascontiguousarray(self._rays[k], dtype=np.float32)
         origins = np.tile(self._skin.origin[k].astype(np.float32), (len(rays), 1))
-        hit, label = np.full(len(rays), MISS), np.full(len(rays), -1, dtype=np.int16)
+        hit, label = np.full(len(rays), MISS), np.full(len(rays), -2, dtype=np.int16)
         for i in np.flatnonzero(self._robot.welded[self._skin.link[k]]):
             t = self._robot.rigid[i].cast(origins, rays)
-            label[t < hit] = i
-            hit = np.minimum(hit, t)
+            zones.nearer(t, i, hit, label)
         return hit, label
 
 

@@ -74,6 +74,16 @@ def turned(T: Array, origin: Array, rays: Array) -> tuple[NDArray[np.float32], N
 
 
 @compiled
+def nearer(
+    t: NDArray[np.float32], what: int, hit: NDArray[np.float32], label: NDArray[np.int16]
+) -> None:
+    """Where t (n,) is the smaller ray length, it becomes `hit` (n,) and `what` its label (n,)."""
+    for n in range(len(t)):
+        if t[n] < hit[n]:
+            hit[n], label[n] = t[n], what
+
+
+@compiled
 def gather(
     hit: NDArray[np.float32],
     label: NDArray[np.int16],

@@ -17,6 +17,7 @@ from app.errors import WorldError, options
 from app.messages import Array, BodyPose, BodyView, CropBox, freeze
 from app.raycast import MISS, to_body
 from app.world.motion import Motion, Still
+from app.world.reach import reached
 from app.world.shapes import Shape, make_shape
 from app.world.tables import transform, vector
 
@@ -111,31 +112,13 @@ class World:
         `MISS` (+inf) where nothing is hit.
         """
         nearest = np.full(len(origins_base), MISS, dtype=np.float32)
-        for i in self._within(cone, origins_base):
+        for i in np.flatnonzero(reached(origins_base, *cone, self._centres, self._radii)).tolist():
             o, d = to_body(self._T[i], origins_base, directions_base)
             np.minimum(nearest, self._hits[i].cast(o, d), out=nearest)
         nearest[nearest > cone[3]] = MISS
         return nearest
 
     # --- inside ---------------------------------------------------------------------------
-
-    def _within(self, cone: Cone, origins_base: Array) -> Iterable[int]:
-        """Rows of the bodies whose bounding sphere reaches into the cone.
-
-        The distance of a point to the half space that touches the cone beside it is a lower
-        bound of its distance to the cone.
-        """
-        if len(origins_base) == 0 or len(self._hits) == 0:
-            return []
-        apex, axis, half_angle, far = cone
-        start = float(np.sqrt(np.square(origins_base - apex).sum(axis=1).max()))
-        v = self._centres - apex
-        along = v @ axis
-        square = np.square(v).sum(axis=1)
-        aside = np.sqrt(np.maximum(square - along * along, 0.0))
-        outside = aside * np.cos(half_angle) - along * np.sin(half_angle)
-        near = np.sqrt(square) <= start + far + self._radii
-        return np.flatnonzero((outside <= self._radii) & (along >= -self._radii) & near).tolist()
 
     def _put(self, body: Body) -> None:
         self._bodies[body.name] = body
