@@ -4,24 +4,47 @@ A signed distance changes by no more than one moves. So the value at the middle 
 cell, give or take how far the point lies from there, bounds its distance from both sides.
 """
 
+from collections.abc import Sequence
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import Array
+from app.messages import Array, freeze
 from app.perception.nearest import nearest_face
-from app.perception.tree import Forest
+from app.perception.tree import Forest, plant
+from app.robot.meshes import BodyMesh
 
 AROUND = 0.25  # [m] around a link's box in which distances are tabulated
 CELLS = 24  # along each edge of the table
 ROUNDING = 1e-6  # [m] the table is float32
 
 
-def tabulate(forest: Forest) -> NDArray[np.float32]:
-    """(L, CELLS**3) [m] signed distance at the middle of every cell, z fastest."""
+def surveyed(bodies: Sequence[BodyMesh]) -> tuple[Forest, NDArray[np.float32]]:
+    """The trees of `bodies` and (L, CELLS**3) [m] their signed distance, read-only.
+
+    Of the distances those at the middle of every cell, z fastest.
+    """
+    return _surveyed(tuple((b.vertices.tobytes(), b.faces.tobytes()) for b in bodies))
+
+
+@lru_cache(maxsize=8)
+def _surveyed(meshes: tuple[tuple[bytes, bytes], ...]) -> tuple[Forest, NDArray[np.float32]]:
+    """By the meshes' content: it costs half a second, and a robot has several pipelines."""
+    forest = plant(
+        [
+            BodyMesh(
+                np.frombuffer(v).reshape(-1, 3), np.frombuffer(f, dtype=np.int64).reshape(-1, 3)
+            )
+            for v, f in meshes
+        ]
+    )
     out = np.empty((len(forest.root), CELLS**3), dtype=np.float32)
     _fill(forest, out)
-    return out
+    for array in forest:
+        freeze(array)
+    return forest, freeze(out)
 
 
 @compiled

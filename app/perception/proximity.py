@@ -8,10 +8,9 @@ search the same cloud, so that nothing but the control point differs.
 import numpy as np
 
 from app.messages import Array, Cloud, Pairs, Verdict, freeze
-from app.perception.field import tabulate
+from app.perception.field import surveyed
 from app.perception.search import nearest_of_links, nearest_of_origins
 from app.perception.spread import several_of_links
-from app.perception.tree import plant
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
@@ -24,8 +23,7 @@ class BodyPairs:
     """Closest pair of every link, by exact signed distance to its body mesh."""
 
     def __init__(self, robot: Robot) -> None:
-        self._forest = plant(robot.bodies)
-        self._field = tabulate(self._forest)
+        self._forest, self._field = surveyed(robot.bodies)
         self._links = np.arange(len(robot.links))
         # (L,) the base is measured, never acted on
         self.moves = np.asarray(robot.supports.any(axis=1))
