@@ -16,7 +16,8 @@ from app.messages import SLOTS, Array, Verdict
 from app.robot.skin import Skin
 
 KEPT, GHOST = int(Verdict.KEPT), int(Verdict.GHOST)
-SURFACES = (Verdict.KEPT, Verdict.SELF, Verdict.STATIC, Verdict.BEHIND)
+SURFACE = np.zeros(len(Verdict), dtype=bool)  # by verdict: has the zone seen something there?
+SURFACE[[Verdict.KEPT, Verdict.SELF, Verdict.STATIC, Verdict.BEHIND]] = True
 ALIKE = 0.10  # [m] depths of neighbouring zones that differ by less are one thing
 CLOSER = 0.10  # [m] a surface may come nearer by this in a frame: 1.5 m/s at 15 Hz
 
@@ -41,7 +42,7 @@ class Ghosts:
         params: Params,
     ) -> None:
         """Turn KEPT into GHOST in `verdict` (m, 64) where a point is not yet to be believed."""
-        seen = np.where(np.isin(verdict, SURFACES), depth, np.inf)
+        seen = np.where(SURFACE[verdict], depth, np.inf)
         if params.ghost_filter:
             _doubt(self._size[sensors], seen, self._last[sensors], gap, params.ghost_near, verdict)
         self._last[sensors] = seen

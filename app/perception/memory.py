@@ -17,9 +17,10 @@ hit in or beside it.
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages import SLOTS, Array, Cloud, Verdict
+from app.compiled import compiled
+from app.messages import SLOTS, Array, Cloud
 from app.perception import voxels as grid
-from app.perception.voxels import MOVING, STATIC, UNDECIDED
+from app.perception.voxels import KEPT, MOVING, STATIC, UNDECIDED
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import FIELD_OF_VIEW, Skin
@@ -34,11 +35,12 @@ class Memory:
     """Points of the world in the base frame that need not be in sight."""
 
     def __init__(self, robot: Robot, skin: Skin) -> None:
-        self._skin = skin
         self._low = np.array([b.vertices.min(axis=0) for b in robot.bodies])
         self._high = np.array([b.vertices.max(axis=0) for b in robot.bodies])
-        self._size = [s.resolution for s in skin.sensors]
-        self._turn = [_turn(s.rotation_deg, s.mirrored) for s in skin.sensors]
+        self._mount = skin.link.astype(np.int64)
+        self._T_link_sensor = np.array([s.T_link_sensor for s in skin.sensors])
+        self._size = np.array([s.resolution for s in skin.sensors])
+        self._turn = np.array([_turn(s.rotation_deg, s.mirrored) for s in skin.sensors])
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0
         self._voxels = grid.empty(CAPACITY)
@@ -67,21 +69,10 @@ class Memory:
 
     def update(self, cloud: Cloud, sensors: NDArray[np.intp], posture: Posture) -> None:
         """Take in the newest frames of `sensors` (m,), which were measured at `posture`."""
-        for k in sensors.tolist():
-            now = float(cloud.stamp[k])
-            slots = slice(k * SLOTS, (k + 1) * SLOTS)
-            points, verdict = cloud.points[slots], cloud.verdict[slots]
-            grid.insert(self._voxels, points, verdict == Verdict.KEPT, now)
-            T_sensor_base = _inverse(
-                posture.T_base_link[self._skin.link[k]] @ self._skin.sensors[k].T_link_sensor
-            )
-            clear, weak = np.empty(SLOTS), np.empty(SLOTS, dtype=bool)
-            size = self._size[k]
-            grid.clear_depths(points, verdict, cloud.gap[slots], T_sensor_base, size, clear, weak)
-            grid.carve(
-                self._voxels, now, T_sensor_base, size, FIELD_OF_VIEW / size,
-                self._turn[k], clear, weak,
-            )  # fmt: skip
+        _update(
+            self._voxels, cloud.points, cloud.verdict, cloud.gap, cloud.stamp, sensors,
+            self._mount, self._T_link_sensor, self._size, self._turn, posture.T_base_link,
+        )  # fmt: skip
 
     def age(self, now: float, posture: Posture) -> None:
         """Let die what is too old at `now` [s]; an eighth of the voxels is looked at each time."""
@@ -114,8 +105,34 @@ def _turn(rotation_deg: int, mirrored: bool) -> Array:
     return np.array([[side * c, side * s], [-s, c]])
 
 
-def _inverse(T: Array) -> Array:
-    out = np.eye(4)
-    out[:3, :3] = T[:3, :3].T
-    out[:3, 3] = -T[:3, :3].T @ T[:3, 3]
-    return out
+@compiled
+def _update(
+    v: grid.Voxels,
+    points: Array,
+    verdict: NDArray[np.uint8],
+    gap: Array,
+    stamp: Array,
+    sensors: NDArray[np.intp],
+    mount: NDArray[np.int64],
+    T_link_sensor: Array,
+    size: NDArray[np.int64],
+    turn: Array,
+    T_base_link: Array,
+) -> None:
+    """The cloud's arrays, and of every sensor its link, pose there, resolution and turn."""
+    clear, weak = np.empty(SLOTS), np.empty(SLOTS, dtype=np.bool_)
+    T_sensor_base = np.eye(4)
+    for k in sensors:
+        first, last, now = k * SLOTS, (k + 1) * SLOTS, stamp[k]
+        seen, judged = points[first:last], verdict[first:last]
+        grid.insert(v, seen, judged == KEPT, now)
+        A, B = T_base_link[mount[k]], T_link_sensor[k]
+        for i in range(3):
+            T_sensor_base[i, 3] = 0.0
+            for j in range(3):
+                T_sensor_base[i, j] = A[j, 0] * B[0, i] + A[j, 1] * B[1, i] + A[j, 2] * B[2, i]
+                at = A[j, 0] * B[0, 3] + A[j, 1] * B[1, 3] + A[j, 2] * B[2, 3] + A[j, 3]
+                T_sensor_base[i, 3] -= T_sensor_base[i, j] * at
+        n = size[k]
+        grid.clear_depths(seen, judged, gap[first:last], T_sensor_base, n, clear, weak)
+        grid.carve(v, now, T_sensor_base, n, FIELD_OF_VIEW / n, turn[k], clear, weak)

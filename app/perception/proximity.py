@@ -7,6 +7,7 @@ search the same cloud, so that nothing but the control point differs.
 
 import numpy as np
 
+from app.compiled import compiled
 from app.messages import Array, Cloud, Pairs, Verdict, freeze
 from app.perception.field import surveyed
 from app.perception.search import nearest_of_links, nearest_of_origins
@@ -161,14 +162,8 @@ def _pairs(
     moves: np.ndarray,
 ) -> Pairs:
     """Assemble rows; `fallback` (B, 3) is the retreat direction where the points touch."""
-    some = row >= 0
-    on_world = np.full((len(row), 3), np.nan)
-    on_world[some] = points[row[some]]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        normal = (on_robot - on_world) / distance[:, None]
-    touching = some & (np.abs(distance) < TOUCHING)
-    normal[touching] = fallback[touching]
-    normal[~some] = np.nan
+    on_world, normal = np.empty((len(row), 3)), np.empty((len(row), 3))
+    _retreat(points, distance, row, on_robot, fallback, on_world, normal)
     return Pairs(
         link=link,
         distance=freeze(distance),
@@ -178,3 +173,25 @@ def _pairs(
         slot=freeze(row),
         closest=_closest(distance, moves),
     )
+
+
+@compiled
+def _retreat(
+    points: Array,
+    distance: Array,
+    row: np.ndarray,
+    on_robot: Array,
+    fallback: Array,
+    on_world: Array,
+    normal: Array,
+) -> None:
+    for b in range(len(row)):
+        for i in range(3):
+            if row[b] < 0:
+                on_world[b, i] = normal[b, i] = np.nan
+                continue
+            on_world[b, i] = points[row[b], i]
+            if abs(distance[b]) < TOUCHING:
+                normal[b, i] = fallback[b, i]
+            else:
+                normal[b, i] = (on_robot[b, i] - on_world[b, i]) / distance[b]

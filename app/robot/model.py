@@ -5,7 +5,7 @@ Kinematics come from pinocchio, meshes from the URDF's `visual` and `collision` 
 base frame is the URDF's root link. A missing mesh is an error.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element
@@ -38,6 +38,7 @@ from app.toml import read_toml
 
 ACCELERATION = 6.0  # [rad/s^2] of a bare URDF's turning joints, which give none
 SLIDING = 2.0  # [m/s^2] of its sliding ones
+RECENT = 32  # postures kept: a frame is placed where the arm was some ticks ago
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -68,6 +69,7 @@ class Robot:
     _data: Any  # pinocchio's scratch space; results are copied out before the next call
     eps: Array  # (L, 2) [m] the self filter's thresholds of each link, inside and across its
     # edge; NaN: the setting's
+    _recent: dict[bytes, Posture] = field(default_factory=dict, init=False)  # by q, oldest first
 
     @property
     def n(self) -> int:
@@ -89,13 +91,16 @@ class Robot:
         q = np.array(q, dtype=np.float64)
         if q.shape != (self.n,):
             raise ValueError(f"q has shape {q.shape}, {self.name} has {self.n} joints")
+        known = self._recent.get(q.tobytes())
+        if known is not None:
+            return known
         data = self._data
         pin.computeJointJacobians(self._model, data, q)
         pin.updateFramePlacements(self._model, data)
         poses = np.empty((len(self._frames), 4, 4))
         for i, f in enumerate(self._frames):
             poses[i] = data.oMf[f].homogeneous
-        return Posture(
+        posture = Posture(
             q=freeze(q),
             T_base_link=freeze(poses),
             T_base_tool=freeze(data.oMf[self._tool].homogeneous.copy()),
@@ -103,6 +108,10 @@ class Robot:
             supports=self.supports,
             tool_support=self.tool_support,
         )
+        if len(self._recent) == RECENT:
+            del self._recent[next(iter(self._recent))]
+        self._recent[q.tobytes()] = posture
+        return posture
 
 
 def find_robot(name: str) -> Path:

@@ -103,10 +103,10 @@ class SimulatedSkin(Unfailing):
             t = self._robot.rigid[i].cast(*zones.turned(self._T[i], lens, rays))
             zones.nearer(t, i, hit, label)
         out = Reading(
-            depth=np.full(SLOTS, np.inf),
-            merged=np.zeros(SLOTS, dtype=bool),
-            label=np.full(SLOTS, -2, dtype=np.int16),
-            pure=np.ones(SLOTS, dtype=bool),
+            depth=np.empty(SLOTS),
+            merged=np.empty(SLOTS, dtype=bool),
+            label=np.empty(SLOTS, dtype=np.int16),
+            pure=np.empty(SLOTS, dtype=bool),
         )
         zones.gather(
             hit, label, self._cosine[k], SUB, out.depth, out.merged, out.label, out.pure

@@ -96,10 +96,13 @@ def gather(
 ) -> None:
     """Merge the sub-rays of each zone as the sensor's pulse detection does.
 
-    hit, label, cosine: (zones * sub,) ray lengths, what was hit, cosine to the axis. Writes the
-    first zones of depth, merged, what and pure (64,), as in `Reading`.
+    hit, label, cosine: (zones * sub,) ray lengths, what was hit, cosine to the axis. Writes
+    depth, merged, what and pure (64,), as in `Reading`.
     """
-    for zone in range(len(hit) // sub):
+    zones = len(hit) // sub
+    for zone in range(zones, len(depth)):
+        depth[zone], merged[zone], what[zone], pure[zone] = np.inf, False, -2, True
+    for zone in range(zones):
         first, nearest = np.inf, zone * sub
         pure[zone] = True
         for i in range(zone * sub, (zone + 1) * sub):
