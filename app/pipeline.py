@@ -40,6 +40,7 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.timing import Stopwatch
 
+KEPT = int(Verdict.KEPT)  # numpy is slow with an enum
 VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
 REACH = 0.6  # [m] several pairs a link are looked for up to here
 HELD = 0.5  # [s] a remembered point holds the arm back before it counts as standing still
@@ -165,7 +166,7 @@ class Pipeline:
         self, cloud: Cloud, posture: Posture, now: float, params: Params
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Points (n, 3) to keep clear of and which are in use: the cloud's, then the memory's."""
-        points, use = cloud.points, cloud.verdict == Verdict.KEPT
+        points, use = cloud.points, cloud.verdict == KEPT
         if not params.memory:
             self._memory.reset()
             return points, use

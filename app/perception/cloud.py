@@ -22,6 +22,7 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 VALID, MERGED = 5, 9  # target statuses: valid, valid with a merged pulse (UM3109)
+KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)  # numpy is slow with an enum
 UNCONFIRMED = (6, 10)  # valid but with no previous target to compare with
 
 
@@ -77,9 +78,9 @@ class SkinCloud:
         flat = points.reshape(-1, 3)
         known = self._static_filter.inside(flat) | self.background.inside(flat)
         known = known.reshape(verdict.shape)
-        verdict[known & (verdict == Verdict.KEPT)] = Verdict.STATIC
+        verdict[known & (verdict == KEPT)] = STATIC
         self._ghosts.doubt(sensors, depth, verdict, gap, params)
-        self.background.take(points[verdict == Verdict.KEPT], chosen[-1].stamp)
+        self.background.take(points[verdict == KEPT], chosen[-1].stamp)
 
         self._points[slots] = flat
         self._verdict[slots] = verdict.ravel()

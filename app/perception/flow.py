@@ -4,8 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import SLOTS, Array
+from app.messages import SLOTS, Array, Verdict
 
+KEPT = int(Verdict.KEPT)
 CHORD = 0.25  # [m] a normal's neighbours lie no farther apart than this
 AROUND = 0.25  # [m] of the pair's point: what takes part
 NEAR = 0.12  # [m] between a point and where the last frame had its surface
@@ -40,6 +41,36 @@ def surface_normals(points: Array, use: NDArray[np.bool_], size: int, normals: A
             length = np.sqrt((n * n).sum())
             if length > 1e-9:
                 normals[zone] = n / length
+
+
+@compiled
+def take_frames(
+    sensors: NDArray[np.intp],
+    cloud: Array,
+    verdict: NDArray[np.uint8],
+    taken: Array,
+    size: NDArray[np.int64],
+    points: Array,
+    use: NDArray[np.bool_],
+    normals: Array,
+    stamp: Array,
+    old_points: Array,
+    old_normals: Array,
+    old_stamp: Array,
+) -> None:
+    """The frames of `sensors` in a cloud with its verdicts, taken at (K,) [s], become the newest.
+
+    The others (K, 64, ...) are as in `solve_flow`. The same frame again changes nothing.
+    """
+    for k in sensors:
+        if taken[k] <= stamp[k]:
+            continue
+        old_points[k], old_normals[k], old_stamp[k] = points[k], normals[k], stamp[k]
+        stamp[k] = taken[k]
+        for zone in range(SLOTS):
+            points[k, zone] = cloud[k * SLOTS + zone]
+            use[k, zone] = verdict[k * SLOTS + zone] == KEPT
+        surface_normals(points[k], use[k], size[k], normals[k])
 
 
 @compiled

@@ -37,7 +37,13 @@ class SkinHealth:
 
     def update(self, frames: Sequence[SensorFrame], now: float) -> None:
         """Take note of frames that have arrived by `now` [s]."""
-        for f in frames:
+        if not frames:
+            return
+        status = np.array([f.status for f in frames])
+        targets = np.array([f.targets for f in frames])
+        at_lens = (targets > 0) & (np.array([f.distance for f in frames]) <= AT_LENS)
+        shares = at_lens.sum(axis=1) / SLOTS, 1.0 - USABLE[status].sum(axis=1) / SLOTS
+        for f, covered, bad in zip(frames, *shares, strict=True):
             k = f.sensor
             late = now - f.stamp
             old = self._delay[k]
@@ -50,10 +56,7 @@ class SkinHealth:
                 some = np.count_nonzero(f.targets) >= FEW
                 self._same[k] = self._same[k] + 1 if same and some else 0
                 self._distance[k] = f.distance
-            near = (f.targets > 0) & (f.distance <= AT_LENS)
-            covered = np.count_nonzero(near) / len(near)
             self._covered[k] += FORGET * (covered - self._covered[k])
-            bad = 1.0 - np.count_nonzero(USABLE[f.status]) / len(f.status)
             self._bad[k] += FORGET * (bad - self._bad[k])
             self._last[k] = max(self._last[k], f.stamp)
 
@@ -73,7 +76,7 @@ class SkinHealth:
 
     def rates(self) -> Array:
         """(K,) [frames/s], 0 before the second frame."""
-        return np.nan_to_num(1.0 / self._period, nan=0.0)
+        return np.where(np.isnan(self._period), 0.0, 1.0 / self._period)
 
     def delays(self) -> Array:
         """(K,) [s] from measurement to the tick that used it, on average; NaN before a frame."""

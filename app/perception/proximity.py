@@ -53,7 +53,7 @@ class BodyPairs:
     ) -> Pairs:
         L = len(self._links)
         distance, row = np.empty(L), np.empty(L, dtype=np.int64)
-        on_robot, outward = np.full((L, 3), np.nan), np.full((L, 3), np.nan)
+        on_robot, outward = np.full((2, L, 3), np.nan)
         nearest_of_links(
             points, use, posture.T_base_link, hint, only, self._forest, self._field,
             distance, row, on_robot, outward,
@@ -70,7 +70,7 @@ class BodyPairs:
         """
         L = len(self._links)
         distance, row = np.empty((L, PAIRS)), np.empty((L, PAIRS), dtype=np.int64)
-        on_robot, outward = (np.full((L, PAIRS, 3), np.nan) for _ in range(2))
+        on_robot, outward = np.full((2, L, PAIRS, 3), np.nan)
         several_of_links(
             points, use, closest.slot, reach, posture.T_base_link, self._forest,
             distance, row, on_robot, outward,

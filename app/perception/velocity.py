@@ -15,8 +15,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages import SLOTS, Array, Cloud, Pairs, Verdict, freeze
-from app.perception.flow import LEAST, solve_flow, surface_normals
+from app.messages import SLOTS, Array, Cloud, Pairs, freeze
+from app.perception.flow import LEAST, solve_flow, take_frames
 from app.robot.skin import Skin
 
 PERIOD = 1.0 / 15.0  # [s] between measurements of a track: one frame of every sensor
@@ -36,7 +36,7 @@ class ObstacleSpeed:
     """Frames in, speed of approach for each row of pairs out."""
 
     def __init__(self, skin: Skin) -> None:
-        self._size = [s.resolution for s in skin.sensors]
+        self._size = np.array([s.resolution for s in skin.sensors])
         self.reset()
 
     def reset(self) -> None:
@@ -58,15 +58,10 @@ class ObstacleSpeed:
 
     def take(self, cloud: Cloud, sensors: NDArray[np.intp]) -> None:
         """Take note of the newest frames of `sensors` (m,)."""
-        for k in sensors.tolist():
-            if cloud.stamp[k] <= self._stamp[k]:
-                continue  # the same frame again
-            self._old_points[k], self._old_normals[k] = self._points[k], self._normals[k]
-            self._old_stamp[k], self._stamp[k] = self._stamp[k], cloud.stamp[k]
-            rows = slice(k * SLOTS, (k + 1) * SLOTS)
-            self._points[k] = cloud.points[rows]
-            self._use[k] = cloud.verdict[rows] == Verdict.KEPT
-            surface_normals(self._points[k], self._use[k], self._size[k], self._normals[k])
+        take_frames(
+            sensors, cloud.points, cloud.verdict, cloud.stamp, self._size, self._points, self._use,
+            self._normals, self._stamp, self._old_points, self._old_normals, self._old_stamp,
+        )  # fmt: skip
 
     def update(self, pairs: Pairs, now: float) -> Pairs:
         """`pairs` with `approach` (B,) and `approach_sigma` (B,) [m/s] filled in."""

@@ -99,7 +99,7 @@ class SimulatedSkin(Unfailing):
             posture.T_base_link, link, self._robot.welded[link], self._centre, self._radius,
             lens, self._skin.axis[k], float(CONE), FAR, self._T, self._seen,
         )  # fmt: skip
-        for i in np.flatnonzero(self._seen).tolist():
+        for i in self._seen.nonzero()[0].tolist():
             t = self._robot.rigid[i].cast(*zones.turned(self._T[i], lens, rays))
             zones.nearer(t, i, hit, label)
         out = Reading(

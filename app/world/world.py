@@ -112,7 +112,8 @@ class World:
         `MISS` (+inf) where nothing is hit.
         """
         nearest = np.full(len(origins_base), MISS, dtype=np.float32)
-        for i in np.flatnonzero(reached(origins_base, *cone, self._centres, self._radii)).tolist():
+        within = reached(origins_base, *cone, self._centres, self._radii)
+        for i in within.nonzero()[0].tolist():
             o, d = to_body(self._T[i], origins_base, directions_base)
             np.minimum(nearest, self._hits[i].cast(o, d), out=nearest)
         nearest[nearest > cone[3]] = MISS
