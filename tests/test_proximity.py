@@ -6,6 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.messages import Verdict
+from app.perception.field import surveyed
 from app.perception.proximity import BodyPairs, MountPairs
 from app.robot.meshes import BodyMesh
 from tests.fakes import cloud_of
@@ -156,3 +157,11 @@ def test_an_open_mesh_has_unsigned_distances(robot):
     for z in (-0.2, 0.2):
         point = T[:3, :3] @ [0.2, 0.2, z] + T[:3, 3]
         assert BodyPairs(arm).update(cloud_of(point[None]), posture).minimum == pytest.approx(0.2)
+
+
+def test_distance_tables_are_made_once_for_the_same_meshes_and_cannot_be_written_to(robot):
+    forest, field = surveyed(robot.bodies)
+    again = [BodyMesh(b.vertices.copy(), b.faces.copy()) for b in robot.bodies]
+    assert surveyed(again)[1] is field
+    assert not any(array.flags.writeable for array in (*forest, field))
+    assert surveyed(robot.bodies[1:])[1].shape == (len(robot.bodies) - 1, field.shape[1])

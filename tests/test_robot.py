@@ -151,3 +151,13 @@ def test_an_empty_mesh_file_is_named(copy):
     (copy / "meshes/body/wrist_1_link.stl").write_bytes(b"")
     with pytest.raises(RobotError, match=r"wrist_1_link\.stl"):
         load_robot(copy)
+
+
+def test_a_posture_asked_for_again_is_the_one_of_its_joints_however_many_came_between(robot):
+    rng = np.random.default_rng(12)
+    places = robot.home + rng.uniform(-0.5, 0.5, (80, robot.n))
+    first = [robot.posture(q).T_base_tool for q in places]
+    assert robot.posture(places[-2]) is robot.posture(places[-2].copy())
+    assert len({T.tobytes() for T in first}) == len(places)
+    for q, T in zip(places, first, strict=True):
+        assert np.array_equal(robot.posture(q).T_base_tool, T)
