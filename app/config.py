@@ -33,18 +33,27 @@ class Params:
     """
 
     mode: ControlMode = tunable(
-        "wb", "", None, None, "control",
-        "controller: wb = any point of the body, sm = the sensors' mounting points, "
-        "multi = every near link, qp = every near pair as a bound, "
+        "qp", "", None, None, "control",
+        "controller: qp = every near pair as a bound, wb = any point of the body (the paper's), "
+        "sm = the sensors' mounting points, multi = as wb, every near link, "
         "ssm = slows and stops, gives no way",
     )  # fmt: skip
     d_min: float = tunable(
-        0.20, "m", 0.05, 0.40, "control", "distance at which avoidance is fully active"
+        0.20,
+        "m",
+        0.05,
+        0.40,
+        "control",
+        "wb, sm, multi: distance at which avoidance is fully active",
     )
-    delta: float = tunable(0.10, "m", 0.05, 0.30, "control", "width of the transition above d_min")
-    lambda_safety: float = tunable(2.0, "1/s", 0.5, 5.0, "control", "gain of the avoidance task")
+    delta: float = tunable(
+        0.10, "m", 0.05, 0.30, "control", "wb, sm, multi: width of the transition above d_min"
+    )
+    lambda_safety: float = tunable(
+        2.0, "1/s", 0.5, 5.0, "control", "wb, sm, multi: gain of the avoidance task"
+    )
     v_safe: float = tunable(
-        0.6, "m/s", 0.05, 1.0, "control", "largest speed that the avoidance task asks for"
+        0.6, "m/s", 0.05, 1.0, "control", "wb, sm, multi: largest speed of the avoidance task"
     )
     lambda_p: float = tunable(1.2, "1/s", 0.1, 5.0, "control", "gain of the goal position")
     lambda_o: float = tunable(1.5, "1/s", 0.1, 5.0, "control", "gain of the goal orientation")
@@ -110,7 +119,7 @@ class Params:
         "points nearer than this to the lens or before the body are believed at once",
     )  # fmt: skip
     memory: bool = tunable(
-        False, "", None, None, "perception",
+        True, "", None, None, "perception",
         "keep points that have left the field of view for a while",
     )  # fmt: skip
     obstacle_speed: bool = tunable(
@@ -122,8 +131,8 @@ class Params:
         "a link keeps its control point unless another is nearer by more than this",
     )  # fmt: skip
     many_pairs: bool = tunable(
-        False, "", None, None, "perception",
-        "up to four well-separated pairs a link instead of the closest one",
+        True, "", None, None, "perception",
+        "qp, ssm: up to four well-separated pairs a link instead of the closest one",
     )  # fmt: skip
     silence: float = tunable(
         0.5, "s", 0.1, 2.0, "runtime", "the arm stops when no sensor has spoken for this long"

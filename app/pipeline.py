@@ -77,15 +77,15 @@ class Pipeline:
         self._mounts = MountPairs(skin)
         self._point: Array | None = None  # control point of the last tick
         closest = Avoidance(robot)
-        bounds = WholeBody(robot, crops)
+        self._bounds = WholeBody(robot, crops)
         self._controllers: dict[ControlMode, Avoidance | WholeBody] = {
             "wb": closest,
             "sm": closest,
             "multi": Avoidance(robot, "links"),
-            "qp": bounds,
-            "ssm": bounds,
+            "qp": self._bounds,
+            "ssm": self._bounds,
         }
-        self._control: Avoidance | WholeBody = closest
+        self._control: Avoidance | WholeBody = self._bounds
         self._stuck = Stuck()
         self._held, self._held_for = -1, 0.0  # the memory's point that acts, and since when
 
@@ -130,7 +130,7 @@ class Pipeline:
         body = self._body.search(points, use, posture)
         if params.mode == "sm":
             pairs = self._mounts.search(points, use, posture)
-        elif params.many_pairs:
+        elif params.many_pairs and self._controllers[params.mode] is self._bounds:
             pairs = self._body.several(points, use, posture, body, REACH)
         else:
             pairs = self._steady.update(body, points, use, posture, params.pair_hold)

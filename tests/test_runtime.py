@@ -58,7 +58,7 @@ def test_the_arm_goes_to_a_goal_that_was_dragged(bench):
 
 
 def test_an_obstacle_is_perceived_only_through_the_sensors(bench, robot, skin):
-    start = bench.run(0.3)
+    start = bench.run(0.3, SetParams({"memory": False}))
     assert start.body.closest == -1
     forearm = start.T_base_link[robot.link_index("forearm_link")]
     beside = forearm[:3, :3] @ [-0.3, 0.25, 0.04] + forearm[:3, 3]
@@ -203,8 +203,18 @@ def test_a_goal_that_is_no_pose_is_refused(bench, bad):
     assert after.goal is before and "4x4" in after.notice
 
 
+def test_what_was_seen_is_remembered_when_the_sensors_look_away(bench, robot, skin):
+    forearm = bench.run(0.3).T_base_link[robot.link_index("forearm_link")]
+    beside = forearm[:3, :3] @ [-0.3, 0.25, 0.04] + forearm[:3, 3]
+    bench.run(0.3, AddObstacle("ball", {"kind": "sphere", "radius_m": 0.05}, tuple(beside)))
+    for k in range(skin.count):
+        bench.eye.muted.add(k)
+    blind = bench.run(0.3)  # the frames are stale by now
+    assert 0.0 < blind.body.minimum < 0.3 and len(blind.memory) > 0
+
+
 def test_the_controller_can_be_switched_while_running(bench, robot):
-    assert bench.run(0.3).pairs.distance.shape == (len(robot.links),)
+    assert bench.run(0.3).pairs.distance.shape == (4 * len(robot.links),)
     assert bench.run(0.1, SetParams({"mode": "sm"})).pairs.distance.shape == (30,)
     assert bench.run(0.1, SetParams({"mode": "wb"})).pairs.distance.shape == (len(robot.links),)
 

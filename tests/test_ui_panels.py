@@ -128,9 +128,9 @@ def test_an_engine_that_falls_silent_is_told(
 def test_the_plot_holds_half_a_minute(page: Page, engine: FakeEngine) -> None:
     for _ in range(3):
         show(page, engine, snapshot(engine))
-    x, distance, d_min, upper, ghost, separation = page.plot.distance.data
+    x, distance, kept, upper, ghost, separation = page.plot.distance.data
     assert len(x) == LENGTH
-    assert (x[-1], distance[-1], d_min[-1], upper[-1]) == pytest.approx((0.0, 25.0, 20.0, 30.0))
+    assert (x[-1], distance[-1], kept[-1], upper[-1]) == pytest.approx((0.0, 25.0, 25.0, 60.0))
     assert x[-2] == pytest.approx(-1.0)
     assert (ghost < 0.0).all() and (separation < 0.0).all()  # neither is in use
     assert np.isfinite(np.concatenate(page.plot.distance.data)).all()

@@ -106,8 +106,8 @@ def run_trial(
     goals = [random_goal(robot, rng) for _ in range(int(seconds / NEW_GOAL) + 2)]
     source = SimulatedSkin(robot, skin, world, seed)
     arm = SimulatedArm(robot)
-    whole = mode == "qp"  # with what it is meant to be run with
-    chosen = params or Params(memory=whole, many_pairs=whole)
+    # each as it is meant to be run: the paper's have no memory
+    chosen = params or Params(memory=mode == "qp")
     chosen = replace(chosen, mode=mode)
     engine = Engine(
         robot, skin, arm, source, world, ManualClock(), params=chosen, goal=goals[0], rate=rate

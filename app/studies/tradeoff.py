@@ -46,7 +46,7 @@ class Point:
     def params(self) -> Params:
         """`kept` [m]: d_s of the QP; the task priority begins to give way 5 cm before it."""
         if self.mode == "qp":
-            return Params(mode="qp", d_s=self.kept, memory=self.memory, many_pairs=True)
+            return Params(mode="qp", d_s=self.kept, memory=self.memory)
         d_min = max(self.kept - 0.05, 0.05)
         return replace(Params(), mode=self.mode, d_min=d_min, memory=self.memory)
 

@@ -11,7 +11,7 @@ from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
 
 from app.actions import RemoveObstacle, SetGoal, SetMode, SetParams
-from app.config import Params
+from app.config import Params, tunables
 from app.messages import Goal, Mode, Snapshot
 from app.robot.arm import SimulatedArm
 from app.robot.model import find_robot, load_robot
@@ -79,7 +79,7 @@ def at_home(live: Live, window: Window) -> None:
     for body in live.now.world:
         if body.view.movable:
             post(RemoveObstacle(body.view.name))
-    post(SetParams({"d_min": 0.20, "delta": 0.10, "mode": "wb", "v_max": 0.3}))
+    post(SetParams({t.name: t.default for t in tunables() if t.name != "silence"}))
     post(SetGoal(live.goal.T_base_tool))
     post(SetMode(Mode.RUNNING))
     home = live.goal.T_base_tool[:3, 3]

@@ -65,7 +65,7 @@ def test_links_and_clouds_move_with_the_arm(live: Live, window: Window) -> None:
 
 def test_dragging_the_goal_with_the_mouse_moves_the_arm(live: Live, window: Window) -> None:
     # nothing here is in the way, and no stray point shall keep the tool from its goal
-    live.engine.post(SetParams({"d_min": 0.05, "delta": 0.05}))
+    live.engine.post(SetParams({"d_s": 0.05}))
     home = live.goal.T_base_tool
     origin, axis = home[:3, 3], home[:3, 2]  # the tool's axis points down
     drag(window, spot(live.page, origin + 0.24 * axis), spot(live.page, origin + 0.08 * axis))
@@ -160,11 +160,11 @@ def test_a_second_window_sees_the_same(live: Live, window: Window, browser: Brow
         for w in (window, other):
             w.get_by_role("tab", name="Settings").click()
         field = window.get_by_role("textbox").filter(visible=True).first
-        field.fill("250")
+        field.fill("300")
         field.press("Enter")
-        until(window, lambda: live.now.params.d_min == 0.25, "the setting has arrived")
+        until(window, lambda: live.now.params.d_s == 0.3, "the setting has arrived")
         twin = other.get_by_role("textbox").filter(visible=True).first
-        until(other, lambda: twin.input_value() == "250", "the other window shows it")
+        until(other, lambda: twin.input_value() == "300", "the other window shows it")
     finally:
         other.close()
 

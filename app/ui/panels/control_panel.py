@@ -23,17 +23,17 @@ WORDS = {
     Mode.STOPPED: ("Stopped", ALARM, "stands still"),
 }
 CONTROL: dict[ControlMode, str] = {
-    "wb": "Whole body (WB)",
+    "qp": "Whole body, bounds (QP)",
+    "wb": "Whole body, closest (WB)",
     "sm": "Sensor mounts (SM)",
     "multi": "Whole body, every link",
-    "qp": "Whole body, bounds (QP)",
     "ssm": "Slow and stop only (SSM)",
 }
 assert set(CONTROL) == set(get_args(ControlMode))
 
 
 class ControlPanel:
-    """The three buttons, the control points, and the state in plain words."""
+    """The three buttons, the controller, and the state in plain words."""
 
     def __init__(self, server: viser.ViserServer, engine: Engine, clock: Clock) -> None:
         gui = server.gui
@@ -56,9 +56,9 @@ class ControlPanel:
             "Stop is a wish sent over a network, not an emergency stop.</div>"
         )
         self.control = gui.add_dropdown(
-            "Control points",
+            "Controller",
             tuple(CONTROL.values()),
-            hint="any point of the body, only the sensors' mounts, or every near pair at once",
+            hint="every near pair at once, the closest point of the body, or the sensors' mounts",
         )
         learn = gui.add_button(
             "Learn background", icon=viser.Icon.PHOTO, hint="what stands still for 3 s is static"

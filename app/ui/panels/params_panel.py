@@ -17,7 +17,7 @@ from app.ui.engine import Engine
 from app.ui.pacing import HandsOff
 from app.ui.panels.assign import assign
 
-FIRST = ("d_min", "delta", "d_s", "lambda_safety", "eps_min")
+FIRST = ("d_s", "v_max", "d_min", "delta", "eps_min", "memory")
 ELSEWHERE = ("mode",)  # the control panel has it
 MM = 1000.0
 Control = viser.GuiSliderHandle[float] | viser.GuiCheckboxHandle

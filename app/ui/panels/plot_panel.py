@@ -18,7 +18,7 @@ JUMP = 50.0  # [cm] larger jumps are drawn at the top
 NOWHERE = -10.0  # [cm] below the chart: there is no such line
 LENGTH = int(SPAN / PERIOD)
 
-# time [s], distance, d_min [cm], activation, the ghost's distance, the separation distance,
+# time [s], distance, distance kept [cm], activation, the ghost's distance, the separation distance,
 # the control point's largest jump [cm]
 Row = tuple[float, float, float, float, float, float, float]
 
@@ -40,8 +40,8 @@ class PlotPanel:
             (
                 uplot.Series(label="s"),
                 uplot.Series(label="distance [cm]", stroke=css(POINT[Verdict.KEPT]), width=2),
-                uplot.Series(label="d_min", stroke=css(ALARM), width=1, dash=(6, 4)),
-                uplot.Series(label="d_min + delta", stroke=css(WARN), width=1, dash=(6, 4)),
+                uplot.Series(label="kept [cm]", stroke=css(ALARM), width=1, dash=(6, 4)),
+                uplot.Series(label="begins at [cm]", stroke=css(WARN), width=1, dash=(6, 4)),
                 uplot.Series(label="ghost [cm]", stroke=css(GHOST), width=1.5),
                 uplot.Series(label="separation [cm]", stroke=css(GREY), width=1.5, dash=(2, 3)),
             ),
@@ -99,10 +99,10 @@ class PlotPanel:
         )  # fmt: skip
         self._jump = 0.0
         rows = filled(self._rows)
-        d_min = rows[:, 2]
+        lower = rows[:, 2]
         width = params.d_inf - params.d_s if params.mode == "qp" else params.delta
-        upper = d_min + 100.0 * width
-        self.distance.data = (rows[:, 0], rows[:, 1], d_min, upper, rows[:, 4], rows[:, 5])
+        upper = lower + 100.0 * width
+        self.distance.data = (rows[:, 0], rows[:, 1], lower, upper, rows[:, 4], rows[:, 5])
         self.activation.data = (rows[:, 0], rows[:, 3])
         self.jump.data = (rows[:, 0], rows[:, 6])
 
