@@ -12,7 +12,7 @@ from app.studies.control_cases import make_cases
 from app.studies.free_direction import free_direction
 from app.studies.plot import check_plot, plot_tradeoff
 from app.studies.random_worlds import CLEAR, random_goal, random_world, run_trial
-from app.studies.tradeoff import Point, jerk_rms, run_point, switches
+from app.studies.tradeoff import Point, checks, jerk_rms, mean, run_point, switches
 from app.studies.trial_log import Trial, TrialLog
 from app.studies.truth import TrueDistance
 
@@ -57,6 +57,24 @@ def test_a_point_of_the_trade_off_has_the_figures(robot):
     paper = Point("cell", "wb", False, 0.2)
     assert paper.params().d_min == pytest.approx(0.15) and not paper.params().memory
     assert Point("cell", "wb", True, 0.2).name == "wb with memory"
+
+
+def test_points_of_several_seeds_are_averaged_and_compared_where_as_much_work_is_done():
+    def row(mode, kept, least, waypoints, scene="cell"):
+        return {
+            "name": f"{mode} {kept}", "scene": scene, "mode": mode, "kept_m": kept,
+            "least_m": 0.09, "distal_least_m": least, "above_d_min": 0.9,
+            "distal_above_d_min": 0.9, "waypoints_per_min": waypoints, "jerk_rms": 1.0, "stops": 1,
+        }  # fmt: skip
+
+    both = mean([row("qp", 0.2, 0.1, 6.0), row("qp", 0.2, 0.3, 9.0)])
+    assert both["distal_least_m"] == pytest.approx(0.2) and both["waypoints_per_min"] == 7.5
+    assert both["stops"] == 2 and both["seeds"] == 2 and both["mode"] == "qp"
+    wb = row("wb", 0.25, 0.15, 8.0)
+    idle, busy = row("qp", 0.30, 0.40, 7.0), row("qp", 0.10, 0.16, 8.0)
+    first = checks([wb, idle, busy])[0]
+    assert first.value == pytest.approx(0.01) and first.ok  # not the one that does less
+    assert not checks([wb, idle])[0].ok
 
 
 def test_the_trade_off_is_drawn_and_what_cannot_be_drawn_is_refused_before_the_runs(tmp_path):

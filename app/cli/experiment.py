@@ -21,6 +21,8 @@ class Experiment:
     """Length of each run [s]."""
     cell_seconds: float = 40.0
     """tradeoff: length of the runs beside the person [s]."""
+    seeds: int = 3
+    """tradeoff: number of runs of each point beside the person, each with its own seed."""
     seed: int = 0
     """Seed of the first world, of the noise and of the people's habits."""
     log: Path | None = None
@@ -31,8 +33,10 @@ class Experiment:
     """Print one JSON object."""
 
     def __post_init__(self) -> None:
-        if self.worlds < 1 or not 0.0 < self.seconds < 1e6 or not 0.0 < self.cell_seconds < 1e6:
-            raise ConfigError("worlds, seconds and cell-seconds must be positive")
+        if min(self.worlds, self.seeds) < 1 or not (
+            0.0 < self.seconds < 1e6 and 0.0 < self.cell_seconds < 1e6
+        ):
+            raise ConfigError("worlds, seeds, seconds and cell-seconds must be positive")
 
         if self.plot is not None:
             if self.what != "tradeoff":
@@ -49,7 +53,10 @@ class Experiment:
         else:
             from app.studies.tradeoff import tradeoff
 
-            report = tradeoff(seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed)
+            report = tradeoff(
+                seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed,
+                seeds=self.seeds,
+            )  # fmt: skip
             if self.plot is not None:
                 from app.studies.plot import plot_tradeoff
 
