@@ -158,7 +158,7 @@ def of_the_world(robot, posture, pairs, params):
     wide = np.full(robot.n, np.inf)
     rows = Bounds(robot).rows(posture, pairs, params, -wide, wide, np.zeros(robot.n), 1e6)
     world = rows.source >= 0
-    return Rows(*[getattr(rows, f)[world] for f in rows.__slots__])
+    return Rows(*[v[world] for v in rows])
 
 
 def bound(robot, distance, w=0.0, **changes):

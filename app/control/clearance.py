@@ -5,7 +5,7 @@ is always close, are no pair: they cannot be kept apart.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,8 +25,7 @@ ALWAYS = 0.3  # share of them from which on a pair of links is left out
 TURNS = 40  # of the search along a capsule; each shortens the bracket to two thirds
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Gaps:
+class Gaps(NamedTuple):
     """g nearest places: links (g,), distance (g,) [m], points (g, 3) and normal (g, 3), base.
 
     The normal points to link `a` from link `b`; b is -1 for the cell, which stands still.
@@ -67,10 +66,12 @@ class Clearance:
     def measure(self, posture: Posture, within: float) -> Gaps:
         """Every gap below `within` [m], one for a pair of links and one for a link and box."""
         d, where = self._distances(posture, within)
-        links, places = np.empty((2, len(d)), dtype=np.int64), np.empty((3, len(d), 3))
-        n = _gather(d, where, self._a, self._b, within, links[0], links[1], places)
-        on_a, on_b, normal = places[:, :n]
-        return Gaps(links[0, :n], links[1, :n], d[:n], on_a, on_b, normal)
+        p = len(d)
+        a, b, near = np.empty(p, dtype=np.int64), np.empty(p, dtype=np.int64), np.empty(p)
+        on_a, on_b, normal = np.empty((p, 3)), np.empty((p, 3)), np.empty((p, 3))
+        gaps = Gaps(a, b, near, on_a, on_b, normal)
+        n = _gather(d, where, self._a, self._b, within, gaps)
+        return Gaps(a[:n], b[:n], near[:n], on_a[:n], on_b[:n], normal[:n])
 
     def _distances(self, posture: Posture, within: float = np.inf) -> tuple[Array, Array]:
         """Distance (p,) and on_a, on_b, normal as (p, 3, 3) of all pairs, the cell's last.
@@ -158,18 +159,16 @@ def _gather(
     a: NDArray[np.int64],
     b: NDArray[np.int64],
     within: float,
-    near_a: NDArray[np.int64],
-    near_b: NDArray[np.int64],
-    places: Array,
+    out: Gaps,
 ) -> int:
-    """Move what is `within` to the front of `distance` and to the other arrays; how many."""
+    """Write down what is `within`; how many that are."""
     n = 0
     for p in range(len(distance)):
         if distance[p] < within:
-            near_a[n], near_b[n], distance[n] = a[p], b[p], distance[p]
-            for k in range(3):
-                for i in range(3):
-                    places[k, n, i] = where[p, k, i]
+            out.a[n], out.b[n], out.distance[n] = a[p], b[p], distance[p]
+            for i in range(3):
+                out.on_a[n, i], out.on_b[n, i] = where[p, 0, i], where[p, 1, i]
+                out.normal[n, i] = where[p, 2, i]
             n += 1
     return n
 

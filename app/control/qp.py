@@ -17,7 +17,7 @@ it calls a joint at the wrong end of its box "solved", so its answer is believed
 each bound that pulls is touched.
 """
 
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from proxsuite import proxqp
@@ -39,8 +39,7 @@ HONEST = 1e-4  # largest product of a bound's multiplier and its distance
 TIGHT = 1e-4  # [m/s] a bound met this closely is one that holds the arm
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Costs:
+class Costs(NamedTuple):
     """What the goal and the joints cost; k_g, k_b, lambda_q, lambda_a as above.
 
     tool: (6, n) jacobian.   twist: (6,) [m/s, rad/s].   previous: (n,) the last command.
@@ -58,8 +57,7 @@ class Costs:
     slide: bool
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Answer:
+class Answer(NamedTuple):
     """qd (n,), progress beta, slack (m,) and whether each bound holds the arm (m,)."""
 
     qd: Array
@@ -80,7 +78,7 @@ def solve(
         least = least_slack(rows, low, high)
         if least is None:
             return None
-        bounds = replace(rows, low=rows.low - least - SPARE, linear=np.full(len(least), HELD))
+        bounds = rows._replace(low=rows.low - least - SPARE, linear=np.full(len(least), HELD))
     return _solve(costs, bounds, rows.low, low, high)
 
 
@@ -100,13 +98,8 @@ def _solve(costs: Costs, rows: Rows, asked: Array, low: Array, high: Array) -> A
     n, m = len(low), len(rows.low)
     H, g, J = np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty((m, n + 1))
     least, most, x = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
-    _build(
-        costs.tool, costs.twist, costs.previous, costs.push,
-        costs.k_g, costs.k_b, costs.lambda_q, costs.lambda_a, costs.slide,
-        rows.jacobian, low, high, H, g, J, least, most,
-    )  # fmt: skip
     price = np.empty(m)
-    _part(rows.linear, price)
+    _build(costs, rows.jacobian, rows.linear, low, high, H, g, J, price, least, most)
     steps = minimise(H, g, J, rows.low, price, rows.quadratic, least, most, x)
     if steps < 0:
         second = second_opinion(H, g, J, rows, least, most)
@@ -149,13 +142,6 @@ def second_opinion(
 
 
 @compiled
-def _part(price: Array, out: Array) -> None:
-    """Prices (m,) of slack that differ a little, so that equal bounds give way in turn."""
-    for i in range(len(price)):
-        out[i] = price[i] * (1.0 + TIE * i)
-
-
-@compiled
 def _read(
     x: Array,
     low: Array,
@@ -182,30 +168,28 @@ def _read(
 
 @compiled
 def _build(
-    tool: Array,
-    twist: Array,
-    previous: Array,
-    push: Array,
-    k_g: float,
-    k_b: float,
-    lambda_q: float,
-    lambda_a: float,
-    slide: bool,
+    costs: Costs,
     jacobian: Array,
+    linear: Array,
     low: Array,
     high: Array,
     H: Array,
     g: Array,
     J: Array,
+    price: Array,
     least: Array,
     most: Array,
 ) -> None:
-    """Write the problem of x = [qd | beta] to H, g, J and the box `least`, `most`."""
+    """Write the problem of x = [qd | beta] to H, g, J and the box `least`, `most`.
+
+    The prices (m,) of slack differ a little, so that equal bounds give way one by one.
+    """
+    tool, twist, k_g = costs.tool, costs.twist, costs.k_g
     n = tool.shape[1]
     t_t = 0.0
     for r in range(6):
         t_t += TASK_WEIGHT[r] * twist[r] * twist[r]
-    stay = k_b * (t_t + 1e-4) + LEAST_STAY
+    stay = costs.k_b * (t_t + 1e-4) + LEAST_STAY
     for i in range(n):
         for j in range(n):
             v = 0.0
@@ -216,11 +200,13 @@ def _build(
         for r in range(6):
             v += TASK_WEIGHT[r] * tool[r, i] * twist[r]
         H[i, n] = H[n, i] = -k_g * v
-        H[i, i] += lambda_q + lambda_a
-        g[i] = -lambda_a * previous[i] - push[i]
+        H[i, i] += costs.lambda_q + costs.lambda_a
+        g[i] = -costs.lambda_a * costs.previous[i] - costs.push[i]
     H[n, n] = k_g * t_t + stay
     g[n] = -stay
     J[:, :n] = jacobian
     J[:, n] = 0.0
     least[:n], most[:n] = low, high
-    least[n], most[n] = (1.0 if slide else 0.0), 1.0
+    least[n], most[n] = (1.0 if costs.slide else 0.0), 1.0
+    for i in range(len(linear)):
+        price[i] = linear[i] * (1.0 + TIE * i)

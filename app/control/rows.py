@@ -12,7 +12,6 @@ what approaches is slowed: moving away and along is free. Inside d_s a retreat i
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.config import Params
-from app.control.clearance import KEPT, Clearance
+from app.control.clearance import KEPT, Clearance, Gaps
 from app.control.separation import allowed_speed
 from app.messages import Array, CropBox, Pairs
 from app.robot.model import Robot
@@ -40,8 +39,7 @@ NOTHING = np.empty(0)
 STATIC_COST, MOVING_COST, SELF_COST = (50.0, 100.0), (100.0, 100.0), (500.0, 1000.0)
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Rows:
+class Rows(NamedTuple):
     """m bounds: jacobian (m, n), low (m,) [m/s], linear and quadratic cost of slack (m,).
 
     source: (m,) row of the pairs that a bound came from, -1 for the robot itself and the cell.
@@ -53,9 +51,9 @@ class Rows:
     low: Array
     linear: Array
     quadratic: Array
-    source: np.ndarray
-    inside: np.ndarray
-    urgent: np.ndarray
+    source: NDArray[np.int64]
+    inside: NDArray[np.bool_]
+    urgent: NDArray[np.bool_]
 
 
 class Bounds:
@@ -83,25 +81,17 @@ class Bounds:
         """
         robot, n = self._robot, self._robot.n
         room = max(len(pairs.distance), MOST) + MOST_OWN
-        J, numbers = np.empty((room, n)), np.empty((3, room))
-        source, flags = np.empty(room, dtype=np.int64), np.empty((2, room), dtype=np.bool_)
-        out = _Table(J, numbers[0], numbers[1], numbers[2], source, flags[0], flags[1])
+        J, bound, linear, quadratic = np.empty((room, n)), *np.empty((3, room))
+        source, (inside, urgent) = np.empty(room, np.int64), np.empty((2, room), np.bool_)
         box = _Box(low, high, previous, robot.qd_max, robot.qdd_max, params.speed, dt)
-        m = _world(
+        m = _fill(
             posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal), pairs.distance,
             NOTHING if pairs.approach is None else pairs.approach, _ceiling(pairs, params),
-            _damping(params), box, out,
+            _damping(params), box, self._clearance.measure(posture, SELF_WITHIN),
+            posture.J_base, robot.supports, params.v_esc, params.kappa,
+            Rows(J, bound, linear, quadratic, source, inside, urgent),
         )  # fmt: skip
-        gaps = self._clearance.measure(posture, SELF_WITHIN)
-        if len(gaps.distance):
-            m = _own(
-                gaps.a, gaps.b, gaps.distance, gaps.on_a, gaps.on_b, gaps.normal,
-                posture.J_base, robot.supports, params.v_esc, params.kappa, box, m, out,
-            )  # fmt: skip
-        return Rows(
-            J[:m], numbers[0, :m], numbers[1, :m], numbers[2, :m], source[:m], flags[0, :m],
-            flags[1, :m],
-        )  # fmt: skip
+        return Rows(J[:m], bound[:m], linear[:m], quadratic[:m], source[:m], inside[:m], urgent[:m])
 
 
 def reach(params: Params) -> float:
@@ -152,16 +142,24 @@ class _Box(NamedTuple):
     dt: float  # [s]
 
 
-class _Table(NamedTuple):
-    """Room for rows, in the order of `Rows`."""
-
-    jacobian: Array
-    low: Array
-    linear: Array
-    quadratic: Array
-    source: NDArray[np.int64]
-    inside: NDArray[np.bool_]
-    urgent: NDArray[np.bool_]
+@compiled
+def _fill(
+    J: Array,
+    distance: Array,
+    approach: Array,
+    ceiling: Array,
+    damping: _Damping,
+    box: _Box,
+    gaps: Gaps,
+    J_base: Array,
+    supports: Array,
+    v_esc: float,
+    kappa: float,
+    out: Rows,
+) -> int:
+    """Write all rows, and how many; J: (B, n) the rates of the pairs' distances."""
+    m = _world(J, distance, approach, ceiling, damping, box, out)
+    return _own(gaps, J_base, supports, v_esc, kappa, box, m, out)
 
 
 @compiled
@@ -172,9 +170,9 @@ def _world(
     ceiling: Array,
     damping: _Damping,
     box: _Box,
-    out: _Table,
+    out: Rows,
 ) -> int:
-    """Write the rows of the world's pairs, J (B, n) the rates of their distances; how many."""
+    """Write the rows of the world's pairs; how many."""
     m, n = 0, len(box.low)
     for i in range(len(distance)):
         h = distance[i] - damping.d_s
@@ -221,7 +219,7 @@ def _world(
 
 
 @compiled
-def _copy(table: _Table, a: int, b: int) -> None:
+def _copy(table: Rows, a: int, b: int) -> None:
     """Row a to row b."""
     table.jacobian[b] = table.jacobian[a]
     table.low[b], table.source[b] = table.low[a], table.source[a]
@@ -241,28 +239,25 @@ def _bites(J: Array, bound: float, box: _Box) -> bool:
 
 @compiled
 def _own(
-    a: NDArray[np.int64],
-    b: NDArray[np.int64],
-    distance: Array,
-    on_a: Array,
-    on_b: Array,
-    normal: Array,
+    gaps: Gaps,
     J_base: Array,
     supports: Array,
     v_esc: float,
     kappa: float,
     box: _Box,
     m: int,
-    out: _Table,
+    out: Rows,
 ) -> int:
     """Append the rows of the nearest gaps; how many rows there are then.
 
     A gap to the cell has only the one side that moves.
     """
-    order = np.argsort(distance, kind="mergesort")
+    if len(gaps.distance) == 0:
+        return m
+    order = np.argsort(gaps.distance, kind="mergesort")
     for k in order[:MOST_OWN]:
-        n = normal[k]
-        turn_a, turn_b = np.cross(on_a[k], n), np.cross(on_b[k], n)
+        n, d, a, b = gaps.normal[k], gaps.distance[k], gaps.a[k], gaps.b[k]
+        turn_a, turn_b = np.cross(gaps.on_a[k], n), np.cross(gaps.on_b[k], n)
         J, reach = out.jacobian[m], 0.0
         for j in range(len(J)):
             along, one, two = 0.0, 0.0, 0.0
@@ -270,23 +265,23 @@ def _own(
                 along += n[r] * J_base[r, j]
                 one += turn_a[r] * J_base[3 + r, j]
                 two += turn_b[r] * J_base[3 + r, j]
-            J[j] = supports[a[k], j] * (along + one)
-            if b[k] >= 0:
-                J[j] -= supports[b[k], j] * (along + two)
+            J[j] = supports[a, j] * (along + one)
+            if b >= 0:
+                J[j] -= supports[b, j] * (along + two)
             reach += abs(J[j]) * box.speed * box.qd_max[j]
-        bound = min(-SELF_GAIN * (distance[k] - KEPT), v_esc, kappa * reach)
+        bound = min(-SELF_GAIN * (d - KEPT), v_esc, kappa * reach)
         if not _bites(J, bound, box):
             continue
         out.low[m], out.source[m] = bound, -1
         out.linear[m], out.quadratic[m] = SELF_COST
-        out.inside[m], out.urgent[m] = distance[k] < KEPT, distance[k] < KEPT / 2.0
+        out.inside[m], out.urgent[m] = d < KEPT, d < KEPT / 2.0
         _ease(out, m, box)
         m += 1
     return m
 
 
 @compiled
-def _ease(out: _Table, i: int, box: _Box) -> None:
+def _ease(out: Rows, i: int, box: _Box) -> None:
     """Let the demand of row i grow no faster than is wise; see `Bounds.rows`."""
     rate, most = 0.0, 0.0
     for j in range(len(box.low)):

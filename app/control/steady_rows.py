@@ -50,15 +50,14 @@ class SteadyRows:
         approach: (B,) [m/s] speed of each pair's world point towards the robot.
         """
         w = np.zeros(len(pairs.distance)) if approach is None else approach
-        t = self._tracks
-        _follow(
-            posture.T_base_link, pairs.link, pairs.distance, pairs.on_robot, pairs.on_world,
-            pairs.normal, w, reach, dt, t,
-        )  # fmt: skip
-        link, row = np.empty((2, ROOM), dtype=np.int64)
+        link, row = np.empty((2, ROOM), np.int64)
         distance, coming = np.empty((2, ROOM))
         on_robot, on_world, normal = np.empty((3, ROOM, 3))
-        n, closest = _tell(t, link, row, distance, coming, on_robot, on_world, normal)
+        n, closest = _update(
+            posture.T_base_link, pairs.link, pairs.distance, pairs.on_robot, pairs.on_world,
+            pairs.normal, w, reach, dt, self._tracks,
+            link, row, distance, coming, on_robot, on_world, normal,
+        )  # fmt: skip
         steady = Pairs(
             link[:n], distance[:n], on_robot[:n], on_world[:n], normal[:n], NO_SLOT[:n], closest,
             coming[:n],
@@ -83,6 +82,35 @@ class _Tracks(NamedTuple):
     world: Array
     normal: Array
     on: Array
+
+
+@compiled
+def _update(
+    T_base_link: Array,
+    link: NDArray[np.int64],
+    distance: Array,
+    on_robot: Array,
+    on_world: Array,
+    normal: Array,
+    approach: Array,
+    reach: float,
+    dt: float,
+    tracks: _Tracks,
+    out_link: NDArray[np.int64],
+    out_row: NDArray[np.int64],
+    out_distance: Array,
+    out_coming: Array,
+    out_robot: Array,
+    out_world: Array,
+    out_normal: Array,
+) -> tuple[int, int]:
+    """Follow, then tell."""
+    _follow(
+        T_base_link, link, distance, on_robot, on_world, normal, approach, reach, dt, tracks
+    )  # fmt: skip
+    return _tell(
+        tracks, out_link, out_row, out_distance, out_coming, out_robot, out_world, out_normal
+    )
 
 
 @compiled
