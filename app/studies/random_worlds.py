@@ -81,7 +81,9 @@ def _report(trials: list[Trial], worlds: int, seconds: float, seed: int) -> Repo
     checks = [
         Check("worlds", float(worlds), "", 1000.0, at_least=True),
         Check("excess over a velocity limit", max(t.speed for t in trials), "rad/s", ROUNDING),
-        Check("excess over an acceleration limit", max(t.change for t in trials), "rad/s^2", 1e-6),
+        Check(
+            "excess over an acceleration limit", max(t.change for t in trials), "rad/s^2", ROUNDING
+        ),
         Check("excess over a position limit", max(t.reach for t in trials), "rad", ROUNDING),
         Check("commands not finite", float(sum(not t.finite for t in trials)), "", 0.0),
         Check("exceptions", float(sum(bool(t.fault) for t in trials)), "", 0.0),
@@ -188,6 +190,7 @@ class _Watch:
             "at_s": s.stamp,
             "link": self._robot.links[int(self._moving[i])],
             "body": past[-1].nearest[i],
+            "believed_m": float(past[-1].seen[i]),
             "closing_mps": float((past[0].true[i] - past[-1].true[i]) / passed),
             "slack_mps": max(p.snapshot.command.slack for p in past),
             "arm_rad_s": float(np.abs(s.joints.qd).max()),
