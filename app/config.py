@@ -173,9 +173,14 @@ class Params:
     ssm_person: float = tunable(
         1.6, "m/s", 0.0, 3.0, "control", "separation: speed that a person is assumed to come with"
     )
+    ssm_measured: bool = tunable(
+        False, "", None, None, "control",
+        "separation: the person comes as fast as is measured, with a margin, not as is assumed",
+    )  # fmt: skip
     ssm_reaction: float = tunable(
-        0.17, "s", 0.02, 1.0, "control", "separation: from a measurement to the first braking"
-    )
+        0.17, "s", 0.02, 1.0, "control",
+        "separation: from a measurement to the first braking; an older measurement adds to it",
+    )  # fmt: skip
     ssm_deceleration: float = tunable(
         3.0, "m/s^2", 0.5, 10.0, "control", "separation: braking of a body point"
     )

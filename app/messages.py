@@ -144,6 +144,8 @@ class Pairs:
     closest:  row of the smallest distance of what can move, -1 if the cloud is empty.
     approach: (B,) [m/s] speed of the world's point along the normal, positive = it comes
               nearer; zero when unsure.   approach_sigma: (B,) [m/s] of it. None: not estimated.
+    age:      (B,) [s] since the world's point was measured, 0 for what is known to stand
+              still, +inf without a point. None: not asked for.
     """
 
     link: NDArray[np.intp]
@@ -155,6 +157,7 @@ class Pairs:
     closest: int
     approach: Array | None = None
     approach_sigma: Array | None = None
+    age: Array | None = None
 
     @property
     def minimum(self) -> float:
@@ -181,6 +184,7 @@ class Command:
     scale:      0..1, by how much the joints' limits shortened what was asked for.
     control_row: row of `pairs` that the avoidance acted on, -1 if none.
     slack:       largest amount by which a bound had to give way [m/s].
+    protective:  speed and separation: distance [m] that the nearest pair needs, 0 if not in use.
     reason:      why the arm brakes or waits though it may move; empty otherwise.
     """
 
@@ -190,6 +194,7 @@ class Command:
     scale: float = 1.0
     control_row: int = -1
     slack: float = 0.0
+    protective: float = 0.0
     reason: str = ""
 
 

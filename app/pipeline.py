@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
+from app.control.separation import in_use
 from app.control.stuck import Stuck
 from app.control.whole_body import WholeBody
 from app.messages import (
@@ -136,6 +137,8 @@ class Pipeline:
             pairs = self._steady.update(body, points, use, posture, params.pair_hold)
         if params.obstacle_speed:
             pairs = self._speed.update(pairs, joints.stamp)
+        if in_use(params):
+            pairs = replace(pairs, age=self._ages(pairs, cloud, joints.stamp))
         if params.memory:
             for point in self._speed.moving():
                 self._memory.mark_moving(point, joints.stamp)
@@ -175,6 +178,14 @@ class Pipeline:
             np.concatenate((points, self._memory.points)),
             np.concatenate((use, self._memory.near)),
         )
+
+    def _ages(self, pairs: Pairs, cloud: Cloud, now: float) -> Array:
+        """(B,) [s] since each pair's world point was measured."""
+        age, slot, current = np.full(len(pairs.slot), np.inf), pairs.slot, len(cloud.points)
+        seen, kept = (slot >= 0) & (slot < current), slot >= current
+        age[seen] = now - cloud.stamp[slot[seen] // SLOTS]
+        age[kept] = self._memory.ages(slot[kept] - current, now)
+        return freeze(age)
 
     def _remember(self, pairs: Pairs, command: Command, current: int, dt: float) -> None:
         """What goes on holding the arm back is not forgotten while nobody saw it leave."""

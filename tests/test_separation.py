@@ -1,12 +1,15 @@
 """Speed and separation: the model's own check values, and what it does as a bound."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from app.config import Params
 from app.control.rows import Bounds
-from app.control.separation import allowed_speed, protective_distance
-from app.messages import Pairs
+from app.control.separation import allowed_speed, needed, person_speed, protective_distance
+from app.control.whole_body import WholeBody
+from app.messages import Goal, JointState, Pairs
 
 DISTANCES = np.array([0.3, 0.5, 0.8, 1.2])
 
@@ -45,3 +48,50 @@ def test_as_a_bound_it_limits_the_approach_and_never_demands_a_retreat(robot):
     assert low(0.3, separation=True) == pytest.approx(0.0)  # a person could be there in time
     assert low(0.15, separation=True) == low(0.15) > 0.0  # the distance kept wins inside it
     assert low(0.55, separation=True, ssm_person=0.0, ssm_reaction=0.02) == low(0.55)
+
+
+def test_an_older_measurement_and_a_faster_person_ask_for_more_room():
+    params = Params()
+    d, v = np.array([0.8]), np.array([0.3])
+    assert protective_distance(v, params, age=0.10) == protective_distance(v, params)
+    later = protective_distance(v, params, age=0.20) - protective_distance(v, params)
+    assert later == pytest.approx(0.1 * (params.ssm_person + 0.3))  # both go on for so long
+    assert allowed_speed(d, params, age=0.3) < allowed_speed(d, params)
+    assert allowed_speed(d, params, v_h=0.5, age=0.0) > allowed_speed(d, params)
+    assert allowed_speed(d, params, age=np.inf) == 0.0
+
+
+def test_a_measured_person_is_believed_with_a_margin_and_never_taken_for_faster_than_assumed():
+    on, n = np.zeros((3, 3)), np.tile([-1.0, 0.0, 0.0], (3, 1))
+    approach = np.array([0.0, 0.4, 3.0])
+    pairs = Pairs(np.full(3, 6), np.ones(3), on, on + n, n, np.arange(3), 0, approach)
+    assert person_speed(pairs, Params()) == pytest.approx([1.6, 1.6, 1.6])
+    measured = Params(ssm_measured=True)
+    assert person_speed(pairs, measured) == pytest.approx([0.25, 0.65, 1.6])
+    closing = np.array([0.2, 0.0, 0.0])
+    assert needed(pairs, closing, measured) < needed(pairs, closing, Params())
+    assert needed(pairs, closing, Params()) == protective_distance(closing[0], Params())
+    assert needed(pairs, -closing, Params()) == protective_distance(np.array(0.0), Params())
+
+
+def test_the_ring_is_of_the_nearest_pair_at_the_speed_that_is_measured(robot):
+    control, params = WholeBody(robot), Params(mode="ssm")
+    posture = robot.posture(robot.home)
+    d, n, on = np.array([0.8]), np.array([[-1.0, 0.0, 0.0]]), posture.T_base_tool[None, :3, 3]
+    pairs = Pairs(np.array([6]), d, on, on - d * n, n, np.zeros(1, dtype=int), 0)
+    goal = Goal(posture.T_base_tool)
+
+    def ring(qd, params=params, age=None):
+        control.reset(qd)
+        now = JointState(0.0, robot.home, qd)
+        given = replace(pairs, age=None if age is None else np.array([age]))
+        return control.update(posture, now, given, goal, params, 0.004).protective
+
+    still = np.zeros(6)
+    J = posture.distance_rows(pairs.link, on, n)[0]
+    assert ring(still) == pytest.approx(float(protective_distance(np.array(0.0), params)))
+    v = 0.2 * float(J @ J)
+    assert ring(-0.2 * J) == pytest.approx(float(protective_distance(np.array(v), params)))
+    assert ring(0.2 * J) == pytest.approx(ring(still))  # it goes away
+    assert ring(still, age=0.3) > ring(still) + 0.3
+    assert ring(still, Params()) == 0.0

@@ -140,12 +140,12 @@ def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: 
     links = np.array(snapshot(engine).T_base_link)
     links[:, 0, 3] += 0.1
     ghost = GhostState("qp", links, 0.4, Command(np.zeros(6)))
-    params = Params(separation=True)
-    show(page, engine, snapshot(engine, ghost=ghost, params=params))
+    command = Command(np.zeros(6), protective=0.37)
+    show(page, engine, snapshot(engine, ghost=ghost, command=command))
     assert [h.position[0] for h in page.ghost._links] == pytest.approx(links[:, 0, 3])
     assert all(h.visible for h in page.ghost._links)
     data = page.plot.distance.data
-    assert data[4][-1] == pytest.approx(40.0) and data[5][-1] > 10.0
+    assert data[4][-1] == pytest.approx(40.0) and data[5][-1] == pytest.approx(37.0)
     show(page, engine, snapshot(engine))
     assert not any(h.visible for h in page.ghost._links)
 

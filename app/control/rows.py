@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.config import Params
 from app.control.clearance import KEPT, Clearance, Gaps
-from app.control.separation import allowed_speed
+from app.control.separation import FASTEST, ceiling, in_use
 from app.messages import Array, CropBox, Pairs
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -31,7 +31,6 @@ WEAK = 3.0  # multiples of v_ach_min below which a point is left: its retreat sw
 BRAKING = 0.5  # share of the reachable deceleration that is counted on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
-SSM_REACH = 1.5  # [m] from here on a person's pace allows any speed of an arm
 SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
 SELF_GAIN = 5.0  # [1/s]
 MOST, MOST_OWN = 24, 8  # rows: of the world, and of the robot itself with the cell
@@ -86,7 +85,8 @@ class Bounds:
         box = _Box(low, high, previous, robot.qd_max, robot.qdd_max, params.speed, dt)
         m = _fill(
             posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal), pairs.distance,
-            NOTHING if pairs.approach is None else pairs.approach, _ceiling(pairs, params),
+            NOTHING if pairs.approach is None else pairs.approach,
+            ceiling(pairs, params) if in_use(params) else NOTHING,
             _damping(params), box, self._clearance.measure(posture, SELF_WITHIN),
             posture.J_base, robot.supports, params.v_esc, params.kappa,
             Rows(J, bound, linear, quadratic, source, inside, urgent),
@@ -96,7 +96,7 @@ class Bounds:
 
 def reach(params: Params) -> float:
     """Pairs nearer than this [m] are bounds."""
-    return SSM_REACH if params.mode == "ssm" else params.d_inf
+    return FASTEST if params.mode == "ssm" else params.d_inf
 
 
 class _Damping(NamedTuple):
@@ -121,13 +121,6 @@ def _damping(params: Params) -> _Damping:
     return _Damping(
         reach(params), params.d_s, gamma, params.v_esc, kappa, urgent, least, params.mode != "ssm"
     )
-
-
-def _ceiling(pairs: Pairs, params: Params) -> Array:
-    """(B,) [m/s] how fast each pair may close for a person's sake; empty where nobody asks."""
-    if params.mode == "ssm" or params.separation:
-        return allowed_speed(pairs.distance, params)
-    return NOTHING
 
 
 class _Box(NamedTuple):

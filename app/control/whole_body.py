@@ -6,6 +6,7 @@ limits are hard; see `app.control.rows` for the bounds and `app.control.qp` for 
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,7 @@ from app.control.limits import bring_into, next_box, velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.control.qp import Costs, solve
 from app.control.rows import Bounds, reach
+from app.control.separation import ages, in_use, needed
 from app.control.steady_rows import SteadyRows
 from app.errors import FlinchError
 from app.messages import Array, Command, CropBox, Goal, JointState, Pairs, freeze
@@ -75,6 +77,11 @@ class WholeBody:
         speed = params.speed * share * self._share
         low, high = next_box(self._robot, joints.q, speed, dt, previous)
         steady, source = self._steady.update(posture, pairs, approach, reach(params), dt)
+        protective = 0.0
+        if in_use(params):
+            steady = replace(steady, age=_ages(pairs, source, params.frame_age))
+            J = posture.distance_rows(steady.link, steady.on_robot, steady.normal)
+            protective = needed(steady, -J @ joints.qd, params)
         rows = self._bounds.rows(posture, steady, params, low, high, previous, dt)
         costs = self._costs(posture, goal, params, previous, dt)
         answer = solve(costs, rows, low, high, params.lexicographic)
@@ -95,6 +102,7 @@ class WholeBody:
             scale=min(max(answer.progress, 0.0), 1.0),
             control_row=int(source[acted]) if acted >= 0 else -1,
             slack=slack,
+            protective=protective,
             reason="slow: too close on more sides than it can leave" if relaxed else "",
         )
 
@@ -144,6 +152,12 @@ class WholeBody:
             tool, twist, previous, push, params.k_g, params.k_b,
             LAMBDA_Q + LAMBDA_SINGULAR * lost * lost, LAMBDA_A, params.slide,
         )  # fmt: skip
+
+
+def _ages(pairs: Pairs, source: NDArray[np.intp], lost: float) -> Array:
+    """(m,) [s] of the pairs that each of those followed came from; `lost` for one out of sight."""
+    age = ages(pairs)
+    return np.where(source >= 0, age[source], lost) if len(age) else np.full(len(source), lost)
 
 
 @compiled

@@ -87,6 +87,11 @@ class Memory:
         """What was just seen around `centre` (3,) [m] is known to move."""
         grid.mark_moving(self._voxels, centre, now - RECENT)
 
+    def ages(self, rows: NDArray[np.intp], now: float) -> Array:
+        """(m,) [s] since each of these rows of `points` was seen; 0 for what stands still."""
+        still = self._voxels.kind[rows] == STATIC
+        return np.where(still, 0.0, now - self._voxels.seen[rows])
+
     def hold(self, row: int) -> None:
         """What this row of `points` was part of holds the arm back: it is known to stand still."""
         if self._voxels.kind[row] == UNDECIDED:

@@ -6,7 +6,6 @@ import numpy as np
 import viser
 from viser import uplot
 
-from app.control.separation import protective_distance
 from app.messages import Array, Snapshot
 from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, Verdict, css
 from app.ui.pacing import Every
@@ -90,11 +89,12 @@ class PlotPanel:
         ghost = NOWHERE
         if snapshot.ghost is not None:
             ghost = min(100.0 * snapshot.ghost.distance, CEILING)
+        needed = 100.0 * snapshot.command.protective
         kept = params.d_s if params.mode == "qp" else params.d_min
         self._rows.append(
             (
                 snapshot.stamp, near, 100.0 * kept, snapshot.command.activation, ghost,
-                min(100.0 * separation(snapshot), CEILING), self._jump,
+                min(needed, CEILING) if needed > 0.0 else NOWHERE, self._jump,
             )
         )  # fmt: skip
         self._jump = 0.0
@@ -105,14 +105,6 @@ class PlotPanel:
         self.distance.data = (rows[:, 0], rows[:, 1], lower, upper, rows[:, 4], rows[:, 5])
         self.activation.data = (rows[:, 0], rows[:, 3])
         self.jump.data = (rows[:, 0], rows[:, 6])
-
-
-def separation(snapshot: Snapshot) -> float:
-    """Protective distance [m] by the model, at the arm's present pace; below 0 if not in use."""
-    if not (snapshot.params.separation or snapshot.params.mode == "ssm"):
-        return NOWHERE / 100.0
-    pace = min(float(np.abs(snapshot.joints.qd).max()), snapshot.params.v_max)
-    return float(protective_distance(np.array(pace), snapshot.params))
 
 
 def filled(rows: deque[Row]) -> Array:

@@ -1,7 +1,8 @@
 """The protective separation distance as a ring around the point that comes nearest.
 
-Drawn level with the floor, in the radius that speed and separation ask for at the arm's present
-pace: a person inside it is nearer than the model allows. A model, not a certified function.
+Drawn level with the floor, in the radius that speed and separation ask for at the measured speeds
+of the nearest pair: a person inside it is nearer than the model allows. A model, not a certified
+function.
 """
 
 import numpy as np
@@ -9,7 +10,6 @@ import viser
 
 from app.messages import Snapshot
 from app.ui.colours import ALARM, GREY
-from app.ui.panels.plot_panel import separation
 
 CORNERS = 64
 
@@ -27,7 +27,7 @@ class SeparationView:
         )
 
     def update(self, snapshot: Snapshot) -> None:
-        pairs, radius = snapshot.pairs, separation(snapshot)
+        pairs, radius = snapshot.pairs, snapshot.command.protective
         shown = radius > 0.0 and pairs.closest >= 0
         if shown:
             self.ring.points = (radius * self._unit).astype(np.float32)
