@@ -16,7 +16,7 @@ from app.messages import Mode, SensorHealth
 from app.robot.arm import SimulatedArm
 from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
-from app.sensing.simulated import SimulatedSkin
+from app.sensing.simulated import LATENCY, SimulatedSkin
 from app.timing import ManualClock
 from app.world.world import World
 
@@ -211,6 +211,18 @@ def test_what_was_seen_is_remembered_when_the_sensors_look_away(bench, robot, sk
         bench.eye.muted.add(k)
     blind = bench.run(0.3)  # the frames are stale by now
     assert 0.0 < blind.body.minimum < 0.3 and len(blind.memory) > 0
+
+
+def test_speed_and_separation_knows_how_old_each_measurement_is(bench, robot):
+    forearm = bench.run(0.3).T_base_link[robot.link_index("forearm_link")]
+    beside = forearm[:3, :3] @ [-0.3, 0.25, 0.04] + forearm[:3, 3]
+    ball = AddObstacle("ball", {"kind": "sphere", "radius_m": 0.05}, tuple(beside))
+    seen = bench.run(0.3, ball, SetParams({"mode": "ssm", "memory": False}))
+    known = seen.pairs.slot >= 0
+    assert known.any() and np.isinf(seen.pairs.age[~known]).all()
+    assert (seen.pairs.age[known] >= LATENCY - 1e-9).all()
+    assert (seen.pairs.age[known] <= seen.params.frame_age).all()
+    assert seen.command.protective > seen.params.ssm_person * seen.params.ssm_reaction
 
 
 def test_the_controller_can_be_switched_while_running(bench, robot):
