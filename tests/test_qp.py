@@ -176,7 +176,8 @@ def test_a_bound_lets_approach_fade_to_nothing_at_d_s(robot):
     assert bound(robot, 0.30) == pytest.approx(-0.05 / 0.35)
     assert bound(robot, 0.20) == pytest.approx(0.05 / 0.35)
     assert bound(robot, -0.50, authority_cap=False) == pytest.approx(0.5)  # v_esc
-    assert 0.0 < bound(robot, -0.50) < 0.25  # the authority's cap
+    assert 0.0 < bound(robot, 0.15) < 0.25 < bound(robot, 0.15, authority_cap=False)
+    assert 0.25 < bound(robot, 0.05) <= 0.5  # what is close may ask for more
 
 
 def test_an_obstacle_that_comes_tightens_the_bound_and_one_that_goes_does_not_loosen_it(robot):
@@ -191,6 +192,24 @@ def test_the_tightest_rows_are_kept_when_there_are_too_many(robot):
     pairs = pairs_of(np.full(40, 6), tool, np.tile([-1.0, 0, 0], (40, 1)), d)
     rows = of_the_world(robot, posture, pairs, QP)
     assert len(rows.low) == 24 and set(rows.source) == set(range(16, 40))
+
+
+def test_a_point_that_can_hardly_be_moved_is_led_away_only_from_what_is_close(robot):
+    posture = robot.posture(robot.home)
+    arm = posture.T_base_link[robot.link_index("upper_arm_link")]
+    tool = posture.T_base_tool[:3, 3]
+    along = tool[:2] / np.linalg.norm(tool[:2])
+    side = np.array([[-along[1], along[0], 0.0]])  # the way that only the first joint moves it
+    on = arm[None, :3, 3] + 0.17 * np.append(along, 0.0)
+
+    def low(distance):
+        link = robot.link_index("upper_arm_link")
+        rows = of_the_world(robot, posture, pairs_of([link], on, side, [distance]), QP)
+        return float(rows.low[0]), float(np.abs(rows.jacobian[0]) @ (QP.speed * robot.qd_max))
+
+    (far, reach), (near, _), (closest, _) = low(0.20), low(0.07), low(0.03)
+    assert 0.15 < reach < 0.30 and far < 0.0
+    assert 0.0 < near < closest == pytest.approx(0.5 * reach)
 
 
 # --- the arm itself and the cell ----------------------------------------------------------

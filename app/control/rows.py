@@ -29,6 +29,7 @@ MOVING = 0.12  # [m/s] from this approach speed on the obstacle counts as moving
 URGENT = 0.5  # share of the reachable speed that may be demanded before a moving obstacle
 WEAK = 3.0  # multiples of v_ach_min below which a point is left: its retreat swings the rest
 BRAKING = 0.5  # share of the reachable deceleration that is counted on
+CLOSE = 0.12  # [m] nearer than this also such a point is led away, fully from half of it on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
 SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
@@ -182,11 +183,15 @@ def _world(
         free = damping.gamma * h
         if h > 0.0:
             free = min(free, np.sqrt(2.0 * brake * h))
+        close = min(max(2.0 * (CLOSE - distance[i]) / CLOSE, 0.0), 1.0)
         cap = damping.urgent if w > MOVING else damping.kappa
+        if close > 0.0:
+            cap = max(cap, close * damping.urgent)
         bound = min(w - free, damping.v_esc, cap * reach)
         if reach < 2.0 * damping.least:
             # a point that can hardly be moved is no bound: a few mm/s there swing all the rest
             able = max(reach - damping.least, 0.0) / damping.least
+            able = max(able, close * min(2.0 * reach / damping.least, 1.0))
             bound = able * bound - (1.0 - able) * reach
         if len(ceiling):
             bound = max(bound, -ceiling[i]) if damping.gives_way else -ceiling[i]
