@@ -55,7 +55,7 @@ def plot_tradeoff(rows: list[dict[str, Any]], path: Path) -> None:
             for x, y, r in zip(cost, clear, points, strict=True):
                 field.annotate(f"{100 * r['kept_m']:g}", (x, y), (4, 4), textcoords="offset points")
         field.set_title(scene)
-        field.set_xlabel("waypoints a minute" if program else "goal error [cm]")
+        field.set_xlabel("waypoints a minute" if program else "goal error [cm], less is better")
         field.set_ylabel(
             f"{'5th percentile from the elbow on' if program else 'least distance'} [cm]"
         )

@@ -52,7 +52,7 @@ class Point:
 
 
 def tradeoff(
-    kept: tuple[float, ...] = (0.15, 0.20, 0.25), seconds: float = 8.0,
+    kept: tuple[float, ...] = (0.10, 0.15, 0.20, 0.25, 0.30), seconds: float = 8.0,
     cell_seconds: float = 40.0, seed: int = 0, seeds: int = 3, rate: float = 125.0,
 ) -> Report:  # fmt: skip
     """Every mode, scene and distance; the rows are the points of the plot, the cell's of
