@@ -33,7 +33,7 @@ from app.messages import (
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory
-from app.perception.proximity import BodyPairs, MountPairs, SteadyPairs
+from app.perception.proximity import BodyPairs, ManyPairs, MountPairs, SteadyPairs
 from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
 from app.robot.model import Robot
@@ -74,7 +74,7 @@ class Pipeline:
         self._body = BodyPairs(robot)
         self._memory = Memory(robot, skin)
         self._speed = ObstacleSpeed(skin)
-        self._steady = SteadyPairs(self._body)
+        self._steady, self._many = SteadyPairs(self._body), ManyPairs(self._body)
         self._mounts = MountPairs(skin)
         self._point: Array | None = None  # control point of the last tick
         closest = Avoidance(robot)
@@ -132,7 +132,7 @@ class Pipeline:
         if params.mode == "sm":
             pairs = self._mounts.search(points, use, posture)
         elif params.many_pairs and self._controllers[params.mode] is self._bounds:
-            pairs = self._body.several(points, use, posture, body, REACH)
+            pairs = self._many.update(body, points, use, posture, REACH, joints.stamp)
         else:
             pairs = self._steady.update(body, points, use, posture, params.pair_hold)
         if params.obstacle_speed:

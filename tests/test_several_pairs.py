@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from app.perception.proximity import PAIRS, BodyPairs, SteadyPairs
+from app.perception.proximity import PAIRS, RENEW, BodyPairs, ManyPairs, SteadyPairs
 from tests.fakes import cloud_of
 from tests.test_proximity import signed_brute
 
@@ -50,6 +50,45 @@ def test_rows_of_one_link_differ_in_direction_or_place(robot):
                 assert apart > 0.08 or turn > 25.0
                 several += 1
     assert several > 10
+
+
+def test_between_two_choices_the_pairs_are_held_and_measured_anew(robot):
+    rng = np.random.default_rng(22)
+    body = BodyPairs(robot)
+    many = ManyPairs(body)
+    q = robot.home.copy()
+    points = robot.posture(q).T_base_link[3, :3, 3] + rng.normal(scale=0.3, size=(400, 3))
+    use = np.ones(len(points), dtype=bool)
+
+    def update(now):
+        posture = robot.posture(q)
+        closest = body.search(points, use, posture)
+        return posture, closest, many.update(closest, points, use, posture, 0.6, now)
+
+    _, _, before = update(1.0)
+    q += 0.02
+    use[before.slot[3 * PAIRS + 1]] = False
+    posture, closest, held = update(1.0 + 0.5 * RENEW)
+    assert np.array_equal(held.distance[::PAIRS], closest.distance)
+    assert before.slot[3 * PAIRS + 1] >= 0 and held.slot[3 * PAIRS + 1] == -1
+    followed = 0
+    for link, shape in enumerate(robot.bodies):
+        T = posture.T_base_link[link]
+        d = signed_brute((points - T[:3, 3]) @ T[:3, :3], shape)
+        for row in range(link * PAIRS, (link + 1) * PAIRS):
+            if held.slot[row] >= 0:
+                assert held.distance[row] == pytest.approx(d[held.slot[row]], abs=1e-9)
+                arrow = held.on_robot[row] - points[held.slot[row]]
+                assert arrow == pytest.approx(held.distance[row] * held.normal[row], abs=1e-9)
+                followed += 1
+    assert followed > 15
+    again = update(1.0 + 1.1 * RENEW)[2]
+    fresh = body.several(points, use, posture, closest, 0.6)
+    assert np.array_equal(again.slot, fresh.slot)
+    fewer = points[:20]  # the rows beyond are gone
+    closest = body.search(fewer, use[:20], posture)
+    left = many.update(closest, fewer, use[:20], posture, 0.6, 1.0 + 1.6 * RENEW)
+    assert left.slot.max() < 20
 
 
 def test_two_threats_from_two_sides_are_both_found_before_a_neighbour_of_the_first(robot):

@@ -6,17 +6,19 @@ search the same cloud, so that nothing but the control point differs.
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array, Cloud, Pairs, Verdict, freeze
 from app.perception.field import surveyed
 from app.perception.search import nearest_of_links, nearest_of_origins
-from app.perception.spread import several_of_links
+from app.perception.spread import held_of_links, several_of_links
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 PAIRS = 4  # rows a link of `several`
+RENEW = 0.007  # [s] between two choices of them: every second tick at 250 Hz
 TOUCHING = 1e-6  # [m] below this the direction of retreat comes from the surface's normal
 
 
@@ -75,10 +77,52 @@ class BodyPairs:
             points, use, closest.slot, reach, posture.T_base_link, self._forest,
             distance, row, on_robot, outward,
         )  # fmt: skip
+        return self._many(points, distance, row, on_robot, outward)
+
+    def held(
+        self, points: Array, use: np.ndarray, posture: Posture, closest: Pairs, slot: np.ndarray
+    ) -> Pairs:
+        """The pairs of an earlier `several`, whose `slot` (4 L,) it was, as they are now."""
+        L = len(self._links)
+        distance, row = np.empty((L, PAIRS)), slot.reshape(L, PAIRS).copy()
+        on_robot, outward = np.full((2, L, PAIRS, 3), np.nan)
+        held_of_links(
+            points, use, closest.slot, posture.T_base_link, self._forest,
+            distance, row, on_robot, outward,
+        )  # fmt: skip
+        return self._many(points, distance, row, on_robot, outward)
+
+    def _many(
+        self, points: Array, distance: Array, row: np.ndarray, on_robot: Array, outward: Array
+    ) -> Pairs:
         return _pairs(
             np.repeat(self._links, PAIRS), points, distance.ravel(), row.ravel(),
             on_robot.reshape(-1, 3), -outward.reshape(-1, 3), np.repeat(self.moves, PAIRS),
         )  # fmt: skip
+
+
+class ManyPairs:
+    """Several pairs a link, chosen anew every `RENEW` seconds and measured anew in each tick.
+
+    The closest pair of each link is always the present one; the choice beside it costs as much
+    as the rest of a tick, and frames do not come faster.
+    """
+
+    def __init__(self, body: BodyPairs) -> None:
+        self._body = body
+        self._slot: NDArray[np.intp] | None = None
+        self._chosen = -np.inf  # [s]
+
+    def update(
+        self, closest: Pairs, points: Array, use: np.ndarray, posture: Posture, reach: float,
+        now: float,
+    ) -> Pairs:  # fmt: skip
+        """closest: what `search` answered for the same points, at `now` [s]."""
+        if self._slot is not None and 0.0 <= now - self._chosen < RENEW:
+            return self._body.held(points, use, posture, closest, self._slot)
+        pairs = self._body.several(points, use, posture, closest, reach)
+        self._slot, self._chosen = pairs.slot, now
+        return pairs
 
 
 class SteadyPairs:

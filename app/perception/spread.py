@@ -138,6 +138,58 @@ def several_of_links(
 
 
 @compiled
+def held_of_links(
+    points: Array,
+    use: NDArray[np.bool_],
+    first: NDArray[np.int64],
+    T_base_link: Array,
+    forest: Forest,
+    distance: Array,
+    row: NDArray[np.int64],
+    on_link: Array,
+    outward: Array,
+) -> None:
+    """The exact distances of the pairs in `row` (L, k), each link's `first` (L,) in front.
+
+    What is not there or in use any more, or is the first itself, is dropped: row -1, distance
+    +inf.
+    """
+    p, found, feet = np.empty(3), np.empty(3), np.empty((row.shape[1], 3))
+    for link in range(len(forest.root)):
+        T, known = T_base_link[link], 0
+        for i in range(row.shape[1]):
+            r = first[link] if i == 0 else row[link, i]
+            row[link, i], distance[link, i] = -1, np.inf
+            if r < 0 or r >= len(points) or not use[r] or (i > 0 and r == first[link]):
+                continue
+            to_link(T, points[r], p)
+            bound = box_distance2(p, forest.low, forest.high, link)
+            limit = np.inf
+            for j in range(known):  # no farther than any foot that is known already
+                square = 1e-12
+                for a in range(3):
+                    square += (p[a] - feet[j, a]) ** 2
+                limit = min(limit, square * 1.0001)
+            d2, face, part = nearest_face(p, limit, link, forest, found)
+            if face < 0:
+                continue
+            feet[known] = found
+            known += 1
+            v, side, size = forest.normals[face, part], 0.0, 0.0
+            for a in range(3):
+                side += (p[a] - found[a]) * v[a]
+                size += v[a] * v[a]
+            inside = bound == 0.0 and forest.closed[link] and side < 0.0
+            row[link, i], distance[link, i] = r, -np.sqrt(d2) if inside else np.sqrt(d2)
+            for a in range(3):
+                on_link[link, i, a] = T[a, 3]
+                outward[link, i, a] = 0.0
+                for c in range(3):
+                    on_link[link, i, a] += T[a, c] * found[c]
+                    outward[link, i, a] += T[a, c] * v[c] / np.sqrt(size)
+
+
+@compiled
 def _apart(
     c: int,
     point: Array,
