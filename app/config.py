@@ -39,13 +39,9 @@ class Params:
         "ssm = slows and stops, gives no way",
     )  # fmt: skip
     d_min: float = tunable(
-        0.20,
-        "m",
-        0.05,
-        0.40,
-        "control",
+        0.20, "m", 0.05, 0.40, "control",
         "wb, sm, multi: distance at which avoidance is fully active",
-    )
+    )  # fmt: skip
     delta: float = tunable(
         0.10, "m", 0.05, 0.30, "control", "wb, sm, multi: width of the transition above d_min"
     )

@@ -226,20 +226,21 @@ def rehearse(robot: Robot, skin: Skin, crops: Sequence[CropBox], params: Params)
     Seconds on the very first start, a moment once the kernels' cache on disk is filled.
     """
     pipeline = Pipeline(robot, skin, crops)
-    still = np.zeros(robot.n)
+    still = freeze(np.zeros(robot.n))  # as an arm's state is
     here = Goal(robot.posture(robot.home).T_base_tool)
     full = (np.full(SLOTS, 5, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8))
     stamp = 0.0
     for mode in get_args(ControlMode):
         for memory in (False, True):
-            for depth in (0.3, 0.31):
-                stamp += 0.1
+            for depth, later in ((0.3, 0.1), (0.31, 0.1), (0.31, 0.004)):  # the last holds pairs
+                stamp += later
                 frames = [
                     SensorFrame(k, stamp, 0, np.full(SLOTS, depth), *full)
                     for k in range(skin.count)
                 ]
                 now = replace(params, mode=mode, memory=memory, many_pairs=memory)
                 pipeline.tick(frames, JointState(stamp, robot.home, still), here, now, 0.004)
+    pipeline._memory.mark_moving(np.zeros(3), stamp)  # here nothing has moved
 
 
 def _stamp(frame: SensorFrame) -> float:

@@ -34,7 +34,8 @@ class BodyPairs:
 
     def reset(self) -> None:
         """Forget which points were nearest (it only makes the next search faster)."""
-        self._hint = np.full(len(self._links), -1, dtype=np.int64)
+        # read-only as those of later ticks are: another kind of array is another compiled kernel
+        self._hint = freeze(np.full(len(self._links), -1, dtype=np.int64))
 
     def update(self, cloud: Cloud, posture: Posture) -> Pairs:
         """One row a link."""
