@@ -73,9 +73,24 @@ class RunProgram:
 
 @dataclass(frozen=True, slots=True)
 class LearnBackground:
-    """Learn the still world of the next `seconds` as background; 0 forgets it."""
+    """Learn the still world of the next `seconds` as a preview, to be kept or discarded."""
 
     seconds: float = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class KeepBackground:
+    """Take the preview: what it holds is static from now on and bounds the motion."""
+
+
+@dataclass(frozen=True, slots=True)
+class DiscardBackground:
+    """End the learning, or drop its preview; what was known before stays known."""
+
+
+@dataclass(frozen=True, slots=True)
+class ForgetBackground:
+    """Forget all that was ever learned."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,6 +104,9 @@ class UseSensor:
 Action = (
     SetGoal
     | LearnBackground
+    | KeepBackground
+    | DiscardBackground
+    | ForgetBackground
     | SetPose
     | RunProgram
     | SetParams

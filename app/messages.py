@@ -216,6 +216,32 @@ class Status:
     since: float
 
 
+@dataclass(frozen=True, slots=True)
+class Notice:
+    """What became of a person's last action; `refused` says that it was not done."""
+
+    words: str = ""
+    refused: bool = False
+
+
+NO_NOTICE = Notice()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class BackgroundView:
+    """The learned background, (n, 3) [m] centres of its cells, base frame; the same objects as
+    long as nothing changes.
+
+    known:   what counts as static and bounds the motion.
+    preview: what has just been learned and waits for a person to keep it or to discard it.
+    left:    [s] until the learning that runs ends; 0 when none runs.
+    """
+
+    known: Array
+    preview: Array
+    left: float = 0.0
+
+
 # --- what leaves a tick -------------------------------------------------------------------
 
 
@@ -271,12 +297,15 @@ class Snapshot:
     inputs:      names of what the frames come from and how each is, in words.
     real:        (K,) bool of a mixed skin, sensors that are not simulated; None of another.
     world:       poses of the simulated bodies, to draw them; empty with real sensors.
-    notice:      why the last action of a person was refused; empty once one is accepted.
+    notice:      what became of the last action of a person, in words.
     jump:        [m] how far the acted-on control point moved since the last tick.
     ghost:       a second controller's arm; None without one.
     program:     the waypoint program that runs and how far it is, in words; empty if none.
     advice:      what holds the arm back though it may move, in words; empty if nothing does.
     memory:      (n, 3) [m] remembered points near the arm, base frame.
+    reached:     waypoints that the program has reached.
+    blind:       0..1 share of what the skin should see that it cannot tell of.
+    background:  the learned background and what is being learned.
     """
 
     tick: int
@@ -295,7 +324,7 @@ class Snapshot:
     rate: Array
     world: tuple[BodyPose, ...]
     timing: Timing
-    notice: str = ""
+    notice: Notice = NO_NOTICE
     jump: float = 0.0
     advice: str = ""
     program: str = ""
@@ -304,3 +333,8 @@ class Snapshot:
     delay: Array = field(default_factory=lambda: np.empty(0))
     inputs: tuple[tuple[str, str], ...] = ()
     real: NDArray[np.bool_] | None = None
+    reached: int = 0
+    blind: float = 0.0
+    background: BackgroundView = field(
+        default_factory=lambda: BackgroundView(np.empty((0, 3)), np.empty((0, 3)))
+    )

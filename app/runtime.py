@@ -48,12 +48,12 @@ from app.messages import (
 )
 from app.perception.health import SkinHealth
 from app.pipeline import Outcome, Pipeline, rehearse
-from app.robot.arm import ArmReport
 from app.robot.model import Robot
 from app.robot.posture import rigid
 from app.robot.skin import Skin
 from app.sensing.mixed import MixedSkin
 from app.sensing.source import Source
+from app.tick import ArmReport
 from app.timing import Clock, Latest, Stopwatch, Ticker
 from app.world.world import World
 

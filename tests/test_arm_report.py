@@ -5,10 +5,11 @@ import pytest
 
 from app.actions import SetGoal, SetMode
 from app.messages import Mode
-from app.robot.arm import ArmReport, SimulatedArm
+from app.robot.arm import SimulatedArm
 from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
+from app.tick import ArmReport
 from app.timing import ManualClock
 from app.world.world import World
 

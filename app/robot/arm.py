@@ -1,27 +1,12 @@
 """A simulated arm: integrates commanded joint velocity, as a real one would follow it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from app.messages import Array, JointState, freeze
 from app.robot.model import Robot
+from app.tick import ArmReport, Limits
 
 LAG = 0.03  # [s] first-order lag of the velocity loop
-
-
-@dataclass(frozen=True, slots=True)
-class ArmReport:
-    """What an arm says of itself, beside where it is.
-
-    fault:  a reason to stop, with its remedy; empty when there is none.
-    advice: what a person should know though it is no reason to stop.
-    ready:  would it follow a command? While it would not, it is asked to stand.
-    """
-
-    fault: str = ""
-    advice: str = ""
-    ready: bool = True
 
 
 class SimulatedArm:
@@ -31,6 +16,7 @@ class SimulatedArm:
         self._robot, self._lag = robot, lag
         self._q = np.clip(robot.home if q is None else q, robot.q_min, robot.q_max)
         self._qd = np.zeros(robot.n)
+        self.limits = Limits(robot.qd_max, robot.qdd_max)
 
     def state(self, now: float) -> JointState:
         """Where the arm is, as its encoders say."""

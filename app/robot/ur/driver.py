@@ -15,11 +15,11 @@ import numpy as np
 
 from app.errors import RobotError
 from app.messages import Array, JointState
-from app.robot.arm import ArmReport
 from app.robot.model import Robot
 from app.robot.ur.apart import ControlApart
 from app.robot.ur.safety import trouble
 from app.robot.ur.stream import LOST, Stream
+from app.tick import ArmReport
 
 JOINTS = (
     "shoulder_pan_joint", "shoulder_lift_joint", "elbow_joint",
