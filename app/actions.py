@@ -101,6 +101,14 @@ class UseSensor:
     real: bool
 
 
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """Tell people of something that happened beside the tick, as after an action of theirs."""
+
+    words: str
+    refused: bool = False
+
+
 Action = (
     SetGoal
     | LearnBackground
@@ -115,4 +123,5 @@ Action = (
     | MoveObstacle
     | RemoveObstacle
     | UseSensor
+    | Remark
 )

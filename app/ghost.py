@@ -1,8 +1,8 @@
-"""A ghost: a second controller on a simulated arm of its own, in the same world, at the same time.
+"""A ghost: a second brain on a simulated plant of its own, in the same world, at the same time.
 
-It has its own simulated skin, cloud and controller and the same goal, and touches nothing: two
-controllers can be watched side by side. It doubles what the simulation and the tick cost. A
-ghost that fails is left out with its reason; the arm goes on.
+It hears the same people and follows the arm's mode, and touches nothing: two controllers can
+be watched side by side. It doubles what the simulation and the tick cost. A ghost that fails
+is left out with its reason; the arm goes on.
 """
 
 import logging
@@ -10,51 +10,59 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.config import ControlMode, Params
-from app.messages import Array, GhostState, Goal
-from app.pipeline import Pipeline
-from app.robot.arm import SimulatedArm
-from app.robot.model import Robot
-from app.robot.skin import Skin
-from app.sensing.simulated import SimulatedSkin
-from app.world.world import World
+from app.actions import Action, SetMode, SetParams
+from app.brain import Brain
+from app.config import ControlMode
+from app.messages import GhostState, Mode
+from app.plant.plant import OURS, Plant
+from app.tick import Inputs, Outputs
 
 log = logging.getLogger(__name__)
 
 
 class Ghost:
-    """Steps with the engine; `update` once a tick."""
+    """Steps with the engine, in the controller's `mode` whatever the arm's is."""
 
-    def __init__(
-        self, robot: Robot, skin: Skin, world: World, mode: ControlMode, q: Array, seed: int = 0
-    ) -> None:
-        self._robot, self._mode = robot, mode
-        self._arm = SimulatedArm(robot, q)
-        self._eye = SimulatedSkin(robot, skin, world, seed)
-        self._pipeline = Pipeline(robot, skin, world.crops)
-        self._fault = ""
+    def __init__(self, brain: Brain, plant: Plant, mode: ControlMode) -> None:
+        self.fault = ""  # why it was left out; empty while it runs
+        self._brain, self._plant, self._mode = brain, plant, mode
+        self._applied = np.zeros(brain.robot.n)
+        self._status = Mode.IDLE  # its own, of the last tick
 
-    def update(
-        self, goal: Goal, params: Params, now: float, dt: float, moving: bool
-    ) -> GhostState | None:
-        """One tick towards the arm's own goal; None once it has failed."""
-        if self._fault:
+    def step(self, x: Inputs, out: Outputs) -> GhostState | None:
+        """One tick beside the arm's own, which had `x` and `out`; None once it has failed."""
+        if self.fault:
             return None
         try:
-            joints = self._arm.state(now)
-            frames = self._eye.poll(now, self._robot.posture(joints.q))
-            own = replace(params, mode=self._mode)
-            outcome = self._pipeline.tick(frames, joints, goal, own, dt, moving)
-            self._arm.send(outcome.command.qd, dt)
+            return self._step(x, out)
         except Exception as error:
             log.exception("the ghost failed and is left out")
-            self._fault = repr(error)
+            self.fault = repr(error)
             return None
-        body = outcome.body
-        near = float(np.min(body.distance, initial=np.inf))
-        return GhostState(self._mode, outcome.posture.T_base_link, near, outcome.command)
 
-    @property
-    def fault(self) -> str:
-        """Why it was left out; empty while it runs."""
-        return self._fault
+    def _step(self, x: Inputs, out: Outputs) -> GhostState:
+        seen = self._plant.read(x.now, out.params.silence)
+        own = replace(
+            x, joints=seen.joints, applied=self._applied, arm=seen.arm, frames=seen.frames,
+            source=seen.source, actions=self._heard(x.actions, out.status.mode), refused="",
+            fault="",
+        )  # fmt: skip
+        mine = self._brain.tick(own)
+        if mine.trace:
+            raise RuntimeError(mine.trace.strip().splitlines()[-1])
+        self._applied = self._plant.send(mine.command.qd, x.dt)
+        self._status = mine.status.mode
+        near = float(np.min(mine.body.distance, initial=np.inf))
+        return GhostState(self._mode, mine.T_base_link, near, mine.command)
+
+    def _heard(self, actions: tuple[Action, ...], mode: Mode) -> tuple[Action, ...]:
+        """What people ask of the arm, as far as it is also asked of the ghost."""
+        heard: list[Action] = []
+        for action in actions:
+            if isinstance(action, SetParams):
+                heard.append(SetParams({k: v for k, v in action.changes.items() if k != "mode"}))
+            elif not isinstance(action, (*OURS, SetMode)):
+                heard.append(action)
+        if Mode.IDLE not in (mode, self._status) and mode is not self._status:
+            heard.append(SetMode(mode, "as the arm"))
+        return tuple(heard)

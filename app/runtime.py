@@ -1,366 +1,217 @@
-"""The engine: one paced thread that drains actions, runs the tick and publishes a snapshot.
+"""The engine: one paced thread between a plant and a brain.
 
-    actions ─► world, sensors ─► pipeline ─► supervisor ─► arm ─► Latest[Snapshot]
+    actions ─► plant.read ─► Inputs ─► brain ─► Outputs ─► plant.send
+                                └──────────────────┴─► Latest[Snapshot], subscribers
 
-Motion stops on any doubt, with a reason: sensors fall silent, a number is not finite, the
-recording ends, an exception escapes a room. Only a person's action sets it going again.
+It paces, drains actions and hands on; it decides nothing. What fails outside the brain becomes
+a fault in the next Inputs, so that the brain stops the arm and says why.
 """
 
 import logging
 import queue
 import sys
 import threading
-from collections.abc import Mapping
 from dataclasses import replace
-from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
-from app.actions import (
-    Action,
-    AddObstacle,
-    LearnBackground,
-    MoveObstacle,
-    RemoveObstacle,
-    RunProgram,
-    SetGoal,
-    SetMode,
-    SetParams,
-    SetPose,
-    UseSensor,
-)
-from app.config import Params, change
-from app.control.programs import Program, ProgramRun, pose_of
-from app.control.supervisor import Supervisor, speed_share
-from app.errors import ConfigError, FlinchError, SensorError, options
+from app.actions import Action
+from app.brain import Brain
+from app.errors import FlinchError
 from app.ghost import Ghost
-from app.messages import (
-    Array,
-    CropBox,
-    GhostState,
-    Goal,
-    JointState,
-    Mode,
-    Snapshot,
-    Timing,
-    freeze,
-)
-from app.perception.health import SkinHealth
-from app.pipeline import Outcome, Pipeline, rehearse
+from app.messages import Array, CropBox, GhostState, JointState, Mode, Snapshot, Status, Timing
+from app.plant.plant import OURS, Plant, Reading
+from app.rehearsal import rehearse
 from app.robot.model import Robot
-from app.robot.posture import rigid
 from app.robot.skin import Skin
-from app.sensing.mixed import MixedSkin
-from app.sensing.source import Source
-from app.tick import ArmReport
-from app.timing import Clock, Latest, Stopwatch, Ticker
-from app.world.world import World
+from app.tick import ArmReport, Inputs, Outputs, SourceReport, snapshot_of
+from app.timing import Clock, Latest, Stopwatch, Subscription, Ticker
 
 log = logging.getLogger(__name__)
 SWITCH = 1e-3  # [s] the control thread waits no longer for another one; 5 ms is a whole tick
-SILENT_SHARE = 0.5  # of the connected sensors: from this share on the arm is blind
-
-
-class Arm(Protocol):
-    """What the engine needs of an arm; `send` returns what was really applied."""
-
-    def state(self, now: float) -> JointState: ...
-    def report(self, now: float) -> ArmReport: ...  # once a tick, before `send`
-    def send(self, qd: Array, dt: float) -> Array: ...
-    def engage(self) -> None: ...  # a person asks for motion; returns at once
-    def close(self) -> None: ...
+Tick = tuple[Inputs, Outputs]
 
 
 class Engine:
-    """Owns every part of a running arm. `step` is one tick; `start` runs it in a thread."""
+    """Runs `brain` on `plant`. `step` is one tick; `start` runs it in a thread."""
 
     def __init__(
         self,
-        robot: Robot,
-        skin: Skin,
-        arm: Arm,
-        source: Source,
-        world: World,
+        brain: Brain,
+        plant: Plant,
         clock: Clock,
         *,
-        params: Params | None = None,
-        goal: Goal | None = None,
         rate: float = 250.0,
         scene: str = "",
-        programs: Mapping[str, Program] | None = None,
-        background: Path | None = None,
-        ghost: Ghost | None = None,
     ) -> None:
-        self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
+        self.brain, self.plant, self.scene = brain, plant, scene
         self.snapshots: Latest[Snapshot] = Latest()
-        self._arm, self._source, self._clock = arm, source, clock
-        self._params = params or Params()
-        self._period = 1.0 / rate
+        self.ticker = Ticker(clock, 1.0 / rate)
+        self.ghost: Ghost | None = None
+        self._clock, self._period = clock, 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
-        self._pipeline = Pipeline(robot, skin, world.crops)
-        self._background = background  # file of the learned background
-        if background is not None and background.exists():
-            self._pipeline.background.load(background)
-        self._health = SkinHealth(source.connected)
-        self._born = clock.now()
-        self._listening = self._born  # silence is counted from here until a sensor speaks
-        self._supervisor = Supervisor(Mode.IDLE, self._born, "waits for the first frames")
-        self._ticker = Ticker(clock, self._period)
-        self._last_stamp: float | None = None
+        self._subscribers: tuple[Subscription[Tick], ...] = ()
+        self._applied: Array = np.zeros(brain.robot.n)
+        self._trace = ""  # of the last tick
+        self._fault = ""  # what failed in this machine since the last tick
+        self._last: Reading | None = None
+        self._stamp: float | None = None  # [s] of the last tick
         self._tick = 0
-        self._notice = ""
-        self._late = ""
-        self._said = ArmReport()  # by the arm, in this tick
-        self._began = False
-        here = Goal(freeze(robot.posture(arm.state(self._born).q).T_base_tool.copy()))
-        self._goal = goal or here
-        self._programs = dict(programs or {})
-        self._ghost = ghost
-        self._seen_ghost: GhostState | None = None
-        self._program: ProgramRun | None = None
-        self._held = here
         self._thread: threading.Thread | None = None
         self._quit = threading.Event()
 
     @property
+    def robot(self) -> Robot:
+        """The arm that the brain knows."""
+        return self.brain.robot
+
+    @property
+    def skin(self) -> Skin:
+        """Its sensors."""
+        return self.brain.skin
+
+    @property
+    def cell(self) -> tuple[CropBox, ...]:
+        """The known static place."""
+        return self.brain.cell
+
+    @property
     def source(self) -> str:
         """Where the frames come from, in words."""
-        return self._source.name
-
-    @property
-    def crops(self) -> tuple[CropBox, ...]:
-        """Boxes of the static cell."""
-        return self.world.crops
-
-    @property
-    def params(self) -> Params:
-        """The settings in force."""
-        return self._params
+        return self.plant.name
 
     @property
     def programs(self) -> tuple[str, ...]:
         """Names of the waypoint programs that can be run."""
-        return tuple(self._programs)
-
-    @property
-    def reached(self) -> int:
-        """Waypoints reached by the program that runs, 0 without one."""
-        return self._program.reached if self._program else 0
-
-    def ended(self) -> bool:
-        """Will no frame ever come again?"""
-        return bool(self._source.ended())
-
-    @property
-    def ticker(self) -> Ticker:
-        """Pace and lateness of the loop."""
-        return self._ticker
+        return self.brain.programs
 
     def post(self, action: Action) -> None:
         """Queue an action for the head of the next tick; thread-safe, returns at once."""
         self._actions.put(action)
 
+    def subscribe(self, room: int) -> Subscription[Tick]:
+        """Every tick's Inputs and Outputs from now on; at most `room` of them wait."""
+        new: Subscription[Tick] = Subscription(room)
+        self._subscribers = (*self._subscribers, new)
+        return new
+
     # --- one tick -------------------------------------------------------------------------
 
     def step(self) -> Snapshot:
-        """One tick at the clock's time; never raises for what a stop can answer."""
-        late = self._ticker.wait()
+        """One tick at the clock's time."""
+        late = self.ticker.wait()
         now = self._clock.now()
-        elapsed = self._period if self._last_stamp is None else now - self._last_stamp
+        elapsed = self._period if self._stamp is None else now - self._stamp
         dt = min(max(elapsed, 0.1 * self._period), 5.0 * self._period)
-        self._last_stamp = now
-        if late > self._params.frame_age:
-            # it was this machine that stalled, not the sensors; wait for fresh frames, though
-            self._listening = now
+        self._stamp = now
         watch = Stopwatch()
-        self._drain(now)
-        joints = self._arm.state(now)
-        try:
-            if not (np.isfinite(joints.q).all() and np.isfinite(joints.qd).all()):
-                raise FlinchError("the arm reports a joint value that is not finite")
-            self.world.step(now - self._born)
-            posture = self.robot.posture(joints.q)
-            frames = self._source.poll(now, posture)
-            watch.lap("simulate")
-            self._health.connect(self._source.connected)
-            self._health.update(frames, now)
-            if not self._began and self._health.heard_since(self._born):
-                self._began = True
-                self._supervisor.ready(now)
-            share = self._doubt(now)
-            mode = self._supervisor.mode
-            moving = mode in (Mode.RUNNING, Mode.HOLDING)
-            moving = moving and self._health.heard_since(self._listening) and self._said.ready
-            if self._program and mode is Mode.RUNNING and moving:
-                self._goal = self._program.update(posture.T_base_tool, dt)
-            goal = self._goal if mode is Mode.RUNNING else self._held
-            if self._pipeline.background.finish(now):
-                count = len(self._pipeline.background.cells)
-                self._notice = f"background learned: {count} cells"
-                if self._background is not None:
-                    self._pipeline.background.save(self._background)
-            outcome = self._pipeline.tick(
-                frames, joints, goal, self._params, dt, moving, watch, share
-            )
-            if not np.isfinite(outcome.command.qd).all():
-                raise FlinchError("the controller asked for a joint velocity that is not finite")
-            self._arm.send(outcome.command.qd, dt)
-            watch.lap("drive")
-            if self._ghost:
-                self._seen_ghost = self._ghost.update(goal, self._params, now, dt, moving)
-                watch.lap("ghost")
-        except Exception as error:
-            # whatever went wrong, the arm stops; the reason is shown and the trace is logged
-            if self._supervisor.mode is not Mode.STOPPED:
-                log.exception("tick %d failed; the arm stops", self._tick)
-            reason = str(error) if isinstance(error, FlinchError) else f"internal error: {error!r}"
-            self._supervisor.fault(reason, now)
-            outcome = self._blind(joints, dt)
-        snapshot = self._snapshot(now, joints, outcome, watch, late)
-        self.snapshots.put(snapshot, now)
-        self._tick += 1
-        return snapshot
+        actions, refused = self._drain()
+        reading = self._read(now)
+        watch.lap("simulate")
+        x = Inputs(
+            self._tick, now, dt, late, reading.joints, self._applied, reading.arm, reading.frames,
+            reading.source, actions, refused, self._fault,
+        )  # fmt: skip
+        self._fault = ""
+        out = self.brain.tick(x, watch.lap)
+        self._log(out.trace or x.source.trace)
+        self._applied = self._send(out, dt)
+        watch.lap("drive")
+        ghost = self.ghost.step(x, out) if self.ghost else None
+        if self.ghost:
+            watch.lap("ghost")
+        return self._publish(x, out, Timing(watch.laps, late), ghost)
 
-    def _doubt(self, now: float) -> float:
-        """Stop where the sensors give a reason to, else the share of the speed to go on with."""
-        self._said = self._arm.report(now)
-        for reason in (self._said.fault, self._source.ended()):
-            if reason:
-                self._supervisor.fault(reason, now)
-        limit = self._params.silence
-        broken = self._source.fault(now, limit, self._source.connected)
-        if broken:
-            self._supervisor.fault(broken, now)
-        silent = self._health.silent(now, limit, self._listening)
-        connected = int(self._source.connected.sum())
-        if connected and silent >= SILENT_SHARE * connected:
-            self._supervisor.fault(
-                f"{silent} of {connected} sensors silent for more than {limit:g} s", now
-            )
-        age = self._health.age(now, self._listening, SILENT_SHARE)
-        share = speed_share(age, self._params.slow_after, limit)
-        self._late = "" if share == 1.0 else f"slow: the sensors are silent for {age:.1f} s"
-        return share
-
-    def _blind(self, joints: JointState, dt: float) -> Outcome:
-        """The outcome of a tick that failed: brake, with the last cloud that is left."""
-        finite = np.isfinite(joints.q).all()
-        safe = joints if finite else JointState(joints.stamp, self.robot.home, self.robot.home * 0)
-        outcome = self._pipeline.brake(safe, self._params, dt)
-        if finite:
-            self._arm.send(outcome.command.qd, dt)
-        return outcome
-
-    def _snapshot(
-        self, now: float, joints: JointState, outcome: Outcome, watch: Stopwatch, late: float
-    ) -> Snapshot:
-        return Snapshot(
-            tick=self._tick,
-            stamp=now,
-            joints=joints,
-            T_base_link=outcome.posture.T_base_link,
-            T_base_tool=outcome.posture.T_base_tool,
-            goal=self._goal,
-            cloud=outcome.cloud,
-            pairs=outcome.pairs,
-            body=outcome.body,
-            command=outcome.command,
-            status=self._supervisor.status,
-            params=self._params,
-            health=freeze(self._health.states(now, self._params.frame_age)),
-            rate=freeze(self._health.rates()),
-            world=self.world.poses(),
-            timing=Timing(watch.laps, late),
-            notice=self._notice,
-            jump=outcome.jump,
-            advice=self._said.advice or self._late or outcome.command.reason,
-            program=self._program.words if self._program else "",
-            memory=outcome.memory,
-            ghost=self._seen_ghost,
-            delay=freeze(self._health.delays()),
-            inputs=self._source.inputs(now),
-            real=self._source.real if isinstance(self._source, MixedSkin) else None,
-        )
-
-    # --- actions --------------------------------------------------------------------------
-
-    def _drain(self, now: float) -> None:
+    def _drain(self) -> tuple[tuple[Action, ...], str]:
+        """What people asked for, in their order, and why the plant did not do the last of it."""
+        actions: list[Action] = []
+        refused = ""
         while True:
             try:
                 action = self._actions.get_nowait()
             except queue.Empty:
-                return
-            try:
-                self._act(action, now)
-                self._notice = ""
-            except (FlinchError, ValueError) as refused:
-                self._notice = str(refused)
+                return tuple(actions), refused
+            actions.append(action)
+            refused = ""
+            if isinstance(action, OURS):
+                try:
+                    self.plant.act(action)
+                except Exception as error:
+                    # a browser may send anything: the arm goes on, the person is told
+                    known = isinstance(error, FlinchError | ValueError)
+                    refused = str(error) if known else f"{type(action).__name__} failed: {error!r}"
 
-    def _act(self, action: Action, now: float) -> None:
-        match action:
-            case SetGoal(T_base_tool=T):
-                self._goal, self._program = Goal(freeze(rigid(T))), None
-            case SetPose(position=position, rpy=rpy):
-                T = rigid(pose_of(position, np.array(rpy)))
-                self._goal, self._program = Goal(freeze(T)), None
-            case RunProgram(name=name):
-                self._run_program(name, now)
-            case SetParams(changes=changes):
-                self._params = change(self._params, changes)
-            case SetMode(mode=mode, reason=reason):
-                if mode is Mode.HOLDING:
-                    q = self._arm.state(now).q
-                    self._held = Goal(freeze(self.robot.posture(q).T_base_tool.copy()))
-                if mode is not Mode.STOPPED:
-                    self._listening = now
-                    self._arm.engage()
-                self._supervisor.request(mode, reason, now)
-            case AddObstacle(name=name, shape=shape, position=position):
-                self.world.add(name, shape, position)
-            case MoveObstacle(name=name, T_base_body=T):
-                self.world.move(name, rigid(T))
-            case RemoveObstacle(name=name):
-                self.world.remove(name)
-            case LearnBackground(seconds=seconds):
-                self._pipeline.background.learn(now, seconds)
-            case UseSensor(sensor=sensor, real=real):
-                if not isinstance(self._source, MixedSkin):
-                    raise SensorError(
-                        f"{self._source.name} cannot be switched; start with a mixed skin, "
-                        "--sensors serial:PORT+simulated"
-                    )
-                self._source.use(self.skin.index(sensor), real)
+    def _read(self, now: float) -> Reading:
+        try:
+            self._last = self.plant.read(now, self.brain.params.silence)
+        except Exception as error:
+            self._fail("the plant cannot be read", error)
+            n, K = self.brain.robot.n, self.brain.skin.count
+            nobody = SourceReport(np.zeros(K, dtype=bool))
+            nowhere = JointState(now, np.full(n, np.nan), np.full(n, np.nan))
+            last = self._last or Reading(nowhere, ArmReport(), (), nobody)
+            self._last = replace(last, joints=replace(last.joints, stamp=now), frames=())
+        return self._last
 
-    def _run_program(self, name: str, now: float) -> None:
-        """Begin a program where the tool is; an empty name rests at the present goal."""
-        if name and name not in self._programs:
-            raise ConfigError(f"no program {name!r}; {options(name, self._programs)}")
-        tool = self.robot.posture(self._arm.state(now).q).T_base_tool
-        self._program = ProgramRun(self._programs[name], tool.copy()) if name else None
+    def _send(self, out: Outputs, dt: float) -> Array:
+        try:
+            if out.engage:
+                self.plant.engage()
+            return self.plant.send(out.command.qd, dt)
+        except Exception as error:
+            self._fail("the arm takes no command", error)
+            return np.zeros(self.brain.robot.n)
+
+    def _fail(self, what: str, error: Exception) -> None:
+        """The next Inputs have a fault; its trace is logged once while it lasts."""
+        last, _ = self.snapshots.get()
+        if last is None or last.status.mode is not Mode.STOPPED:
+            log.error("%s", what, exc_info=error)
+        self._fault = str(error) if isinstance(error, FlinchError) else f"{what}: {error!r}"
+
+    def _log(self, trace: str) -> None:
+        """Each new trace once: what lasts is told in the status."""
+        if trace and trace != self._trace:
+            log.error("tick %d failed; the arm stops\n%s", self._tick, trace)
+        self._trace = trace
+
+    def _publish(
+        self, x: Inputs, out: Outputs, timing: Timing, ghost: GhostState | None
+    ) -> Snapshot:
+        snapshot = snapshot_of(x, out, timing, self.plant.bodies(), ghost)
+        self.snapshots.put(snapshot, x.now)
+        for subscriber in self._subscribers:
+            subscriber.put((x, out))
+        self._tick += 1
+        return snapshot
 
     # --- the thread -----------------------------------------------------------------------
 
     def start(self) -> None:
-        """Run ticks in a thread of their own until `stop`."""
+        """Run ticks in a thread of their own until `stop`; may be started again after it."""
         if self._thread is not None:
             raise RuntimeError("the engine runs already")
         sys.setswitchinterval(SWITCH)
-        rehearse(self.robot, self.skin, self.crops, self._params)
-        self._listening = self._clock.now()
+        brain = self.brain
+        rehearse(brain.robot, brain.skin, brain.cell, brain.params)
+        self._quit.clear()
         self._thread = threading.Thread(target=self._run, name="flinch-control", daemon=True)
         self._thread.start()
 
     def stop(self) -> None:
-        """End the thread, leave the arm at rest and close the source."""
+        """End the thread and ask the arm to stand."""
         self._quit.set()
         if self._thread is not None:
             self._thread.join()
             self._thread = None
+            self._applied = self.plant.send(np.zeros(self.brain.robot.n), self._period)
+
+    def close(self) -> None:
+        """Stop, leave the arm at rest and give back every device."""
         try:
-            self._arm.close()
+            self.stop()
         finally:
-            self._source.close()
+            self.plant.close()
 
     def _run(self) -> None:
         try:
@@ -369,8 +220,9 @@ class Engine:
         except Exception as error:
             # not even braking worked; everyone is told and the arm gets a last zero
             log.exception("the control thread has died")
-            self._supervisor.fault(f"the control thread has died: {error!r}", self._clock.now())
+            reason = f"the control thread has died: {error!r}"
             last, stamp = self.snapshots.get()
             if last is not None:
-                self.snapshots.put(replace(last, status=self._supervisor.status), stamp)
-            self._arm.send(np.zeros(self.robot.n), self._period)  # it may raise as well
+                status = Status(Mode.STOPPED, reason, self._clock.now())
+                self.snapshots.put(replace(last, status=status), stamp)
+            self.plant.send(np.zeros(self.brain.robot.n), self._period)  # it may raise as well

@@ -16,14 +16,18 @@ from app.messages import (
     NO_NOTICE,
     Array,
     BackgroundView,
+    BodyPose,
     Cloud,
     Command,
+    GhostState,
     Goal,
     JointState,
     Notice,
     Pairs,
     SensorFrame,
+    Snapshot,
     Status,
+    Timing,
 )
 
 
@@ -60,6 +64,7 @@ class SourceReport:
     ended:     why no frame will ever come again; empty while they may.
     inputs:    names of what it reads from, and how each is, in words.
     real:      (K,) bool of a mixed skin, sensors that are not simulated; None of another.
+    trace:     of the exception behind the fault; empty if there was none.
     """
 
     connected: NDArray[np.bool_]
@@ -67,6 +72,7 @@ class SourceReport:
     ended: str = ""
     inputs: tuple[tuple[str, str], ...] = ()
     real: NDArray[np.bool_] | None = None
+    trace: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,7 +83,8 @@ class Inputs:
     late:    [s] how late the tick began.
     joints:  where the arm is.   applied: (n,) [rad/s] what it was really told in the last tick.
     actions: what people asked for since the last tick, in their order.
-    refused: what could not be done of it in the plant, in words; empty if all could.
+    refused: why the plant did not do the last of them; empty if it did, or had no part in it.
+    fault:   what failed in the machine that runs us; empty while nothing has.
     """
 
     tick: int
@@ -91,6 +98,7 @@ class Inputs:
     source: SourceReport
     actions: tuple[Action, ...] = ()
     refused: str = ""
+    fault: str = ""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -110,6 +118,7 @@ class Outputs:
     memory:      (n, 3) [m] remembered points near the arm, base frame.
     blind:       0..1 share of what the skin should see that it cannot tell of.
     background:  the learned background and what is being learned.
+    trace:       of the exception that ended this tick early; empty of any other.
     """
 
     command: Command
@@ -133,3 +142,23 @@ class Outputs:
     jump: float = 0.0
     memory: Array = field(default_factory=lambda: np.empty((0, 3)))
     blind: float = 0.0
+    trace: str = ""
+
+
+def snapshot_of(
+    x: Inputs,
+    out: Outputs,
+    timing: Timing,
+    world: tuple[BodyPose, ...] = (),
+    ghost: GhostState | None = None,
+) -> Snapshot:
+    """What an onlooker may know of a tick: what went in, what came out, and what was there."""
+    return Snapshot(
+        tick=x.tick, stamp=x.now, joints=x.joints, inputs=x.source.inputs, real=x.source.real,
+        T_base_link=out.T_base_link, T_base_tool=out.T_base_tool, goal=out.goal,
+        cloud=out.cloud, pairs=out.pairs, body=out.body, command=out.command,
+        status=out.status, params=out.params, health=out.health, rate=out.rate, delay=out.delay,
+        notice=out.notice, advice=out.advice, program=out.program, reached=out.reached,
+        jump=out.jump, memory=out.memory, blind=out.blind, background=out.background,
+        world=world, ghost=ghost, timing=timing,
+    )  # fmt: skip

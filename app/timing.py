@@ -92,6 +92,28 @@ class Latest(Generic[T]):
             return self._value, self._stamp
 
 
+class Subscription(Generic[T]):
+    """A bounded queue: what finds no room is not taken, and counted in `lost`.
+
+    `put` never waits; `take` empties the queue. One thread puts, one takes.
+    """
+
+    def __init__(self, room: int) -> None:
+        self.lost = 0
+        self._room = room
+        self._queue: deque[T] = deque()
+
+    def put(self, value: T) -> None:
+        if len(self._queue) < self._room:
+            self._queue.append(value)
+        else:
+            self.lost += 1
+
+    def take(self) -> list[T]:
+        """All that has come since the last call, oldest first."""
+        return [self._queue.popleft() for _ in range(len(self._queue))]
+
+
 class Stopwatch:
     """Laps of one tick: where the time went, by name [s]."""
 

@@ -1,23 +1,31 @@
 """Names into parts: builds an engine from what a person asked for. Decides nothing else."""
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast, get_args
 
+import numpy as np
+
 from app.actions import RunProgram
 from app.assets import asset_folder
+from app.brain import Brain
 from app.config import ControlMode, Params
-from app.control.programs import find_program, load_program, shipped_programs
+from app.control.programs import Program, find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
-from app.messages import Array
+from app.messages import Array, CropBox, Goal, Mode, freeze
+from app.plant.mixed import MixedPlant
+from app.plant.plant import Arm
+from app.plant.real import RealPlant
+from app.plant.simulated import SimulatedPlant
 from app.robot.arm import SimulatedArm
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin, load_skin
 from app.robot.tables import AS_IT_IS, Choice
-from app.runtime import Arm, Engine
+from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
 from app.sensing.open_ports import open_skin
@@ -25,8 +33,9 @@ from app.sensing.replay import Replay, read_recording
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.source import Source
+from app.tick import Limits
 from app.timing import Clock, ManualClock, WallClock
-from app.world.scene import find_scene, load_scene
+from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
 SIMULATED = "simulated"
@@ -66,53 +75,115 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     if setup.program:
         own = load_program(find_program(setup.program))
         programs[own.name] = own
-    if setup.ghost and setup.sensors != "simulated":
-        raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
-    real, mixed, _ = setup.sensors.partition("+simulated")
-    kind, _, rest = ("simulated", "", "") if mixed else real.partition(":")
-    if kind == "simulated" and not rest:
-        scene = load_scene(find_scene(setup.scene), setup.seed)
-        world = World(scene.bodies, scene.crops)
-        errors = ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
-        simulated = SimulatedSkin(robot, skin, world, setup.seed, errors)
-        source: Source = simulated
-        home, goal, title = scene.home, scene.goal, scene.title
-        if setup.choice.home_deg or scene.robot not in ("", robot.name):
-            home = None  # a posture of another robot means nothing here; its own does
-        if mixed:
-            source = MixedSkin(_real_source(real, skin, clock), simulated)
-    else:
-        # real sensors see a real world; drawing a simulated one would mislead
-        world, source = World(()), _real_source(real, skin, clock)
-        home, goal, title = None, None, f"{'recorded' if kind == 'replay' else 'real'} world"
-    arm: Arm | None = None
+    scene = load_scene(find_scene(setup.scene), setup.seed)
+    home, simulated = _home(setup, scene, robot), setup.driver == SIMULATED
+    held: list[Arm | Source] = []
     try:
-        if home is not None and len(home) != robot.n:
-            raise ConfigError(
-                f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has "
-                f"{robot.n} joints; choose a scene made for this robot, or give the posture with "
-                "--home-deg"
-            )
-        arm = _arm(setup, robot, home)
-        if setup.driver != SIMULATED:
-            goal = None  # a real arm stays where it is until a person says where to go
-        ghost = None
-        if setup.ghost:
-            q = arm.state(clock.now()).q
-            ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
-        engine = Engine(
+        source, world = _source(setup, robot, skin, scene, clock)
+        held.append(source)
+        arm = _arm(setup, robot, home if world is not None else None)
+        held.append(arm)
+        engine = assemble(
             robot, skin, arm, source, world, clock,
-            params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
-            background=setup.background, ghost=ghost,
+            cell=scene.crops, params=params, rate=setup.rate, programs=programs,
+            # a real arm stays where it is until a person says where to go, and when
+            goal=scene.goal if simulated and world is not None else None,
+            begin=Mode.RUNNING if simulated else Mode.HOLDING,
+            scene=scene.title if world is not None else _real_title(setup),
         )  # fmt: skip
+        if setup.ghost:
+            engine.ghost = _ghost(setup, engine, world, source, arm.state(clock.now()).q)
     except BaseException:
-        source.close()
-        if arm is not None:
-            arm.close()
+        for part in held:
+            part.close()
         raise
     if setup.program:
         engine.post(RunProgram(own.name))
     return engine
+
+
+def assemble(
+    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None, clock: Clock,
+    *,
+    cell: Sequence[CropBox] = (),
+    params: Params | None = None,
+    goal: Goal | None = None,
+    programs: Mapping[str, Program] | None = None,
+    begin: Mode = Mode.RUNNING,
+    rate: float = 250.0,
+    scene: str = "",
+) -> Engine:  # fmt: skip
+    """An engine of these parts; `world` None: what the sensors see is real."""
+    brain = Brain(
+        limited(robot, arm.limits), skin, cell, params, goal=goal, programs=programs, begin=begin
+    )  # fmt: skip
+    plant = build_plant(robot, skin, arm, source, world)
+    return Engine(brain, plant, clock, rate=rate, scene=scene)
+
+
+def build_plant(
+    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None
+) -> RealPlant:
+    """The plant that these parts make; without a world what the sensors see is real."""
+    if world is None:
+        return RealPlant(robot, arm, source)
+    if isinstance(source, MixedSkin):
+        return MixedPlant(robot, arm, source, world, skin)
+    return SimulatedPlant(robot, arm, source, world)
+
+
+def _ghost(setup: Setup, engine: Engine, world: World | None, source: Source, q: Array) -> Ghost:
+    """A second brain on a simulated plant of its own, which begins where the arm is."""
+    if world is None or isinstance(source, MixedSkin):
+        raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
+    mode, brain = _mode(setup.ghost), engine.brain
+    eye = SimulatedSkin(brain.robot, brain.skin, world, setup.seed, _errors(setup))
+    plant = SimulatedPlant(brain.robot, SimulatedArm(brain.robot, q), eye, world)
+    return Ghost(brain.sibling(mode), plant, mode)
+
+
+def limited(robot: Robot, limits: Limits) -> Robot:
+    """The robot as its arm lets it move: the controller plans with these velocities."""
+    return replace(
+        robot,
+        qd_max=freeze(np.minimum(robot.qd_max, limits.qd_max)),
+        qdd_max=freeze(np.minimum(robot.qdd_max, limits.qdd_max)),
+    )
+
+
+def _real_title(setup: Setup) -> str:
+    return "recorded world" if setup.sensors.startswith("replay:") else "real world"
+
+
+def _source(
+    setup: Setup, robot: Robot, skin: Skin, scene: Scene, clock: Clock
+) -> tuple[Source, World | None]:
+    """Where the frames come from, and the simulated world that is seen, if any is."""
+    real, mixed, _ = setup.sensors.partition("+simulated")
+    if setup.sensors != SIMULATED and not mixed:
+        # real sensors see a real world; drawing a simulated one would mislead
+        return _real_source(real, skin, clock), None
+    world = World(scene.bodies)
+    eye = SimulatedSkin(robot, skin, world, setup.seed, _errors(setup))
+    return (MixedSkin(_real_source(real, skin, clock), eye) if mixed else eye), world
+
+
+def _errors(setup: Setup) -> ErrorModel:
+    return ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
+
+
+def _home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
+    """The posture to begin in; None for the robot's own."""
+    home = scene.home
+    if setup.choice.home_deg or scene.robot not in ("", robot.name):
+        return None  # a posture of another robot means nothing here; its own does
+    if home is not None and len(home) != robot.n:
+        raise ConfigError(
+            f"scene {setup.scene!r}: home_deg has {len(home)} values, {robot.name} has "
+            f"{robot.n} joints; choose a scene made for this robot, or give the posture with "
+            "--home-deg"
+        )
+    return home
 
 
 def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:

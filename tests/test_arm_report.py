@@ -6,11 +6,11 @@ import pytest
 from app.actions import SetGoal, SetMode
 from app.messages import Mode
 from app.robot.arm import SimulatedArm
-from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.tick import ArmReport
 from app.timing import ManualClock
+from app.wiring import assemble
 from app.world.world import World
 
 
@@ -39,7 +39,7 @@ def arm(robot):
 def engine(robot, skin, arm):
     world = World(())
     eye = SimulatedSkin(robot, skin, world, 0, ErrorModel(ideal=True))
-    return Engine(robot, skin, arm, eye, world, ManualClock())
+    return assemble(robot, skin, arm, eye, world, ManualClock())
 
 
 def run(engine, seconds, *actions):
@@ -94,5 +94,5 @@ def test_only_a_person_engages_the_arm(engine, arm):
 
 def test_the_arm_is_left_when_the_engine_ends(engine, arm):
     engine.start()
-    engine.stop()
+    engine.close()
     assert arm.closed == 1

@@ -10,10 +10,10 @@ from app.errors import ConfigError
 from app.messages import Mode
 from app.robot.arm import SimulatedArm
 from app.robot.posture import rotation_vector
-from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.timing import ManualClock
+from app.wiring import assemble
 from app.world.world import World
 
 TOML = """
@@ -131,7 +131,7 @@ def engine(robot, skin, tmp_path):
     world = World(())
     eye = SimulatedSkin(robot, skin, world, 0, ErrorModel(ideal=True))
     two = program(tmp_path)
-    return Engine(
+    return assemble(
         robot, skin, SimulatedArm(robot), eye, world, ManualClock(), rate=100, programs={"two": two}
     )
 
@@ -148,7 +148,7 @@ def test_the_engine_runs_a_program_by_name_and_says_how_far_it_is(engine):
     s = run(engine, 0.5, RunProgram("two"))
     assert s.program.startswith("two 1/2 near")
     assert run(engine, 8.0).program == "two 2/2 far, 2 reached"
-    assert "two" in run(engine, 0.1, RunProgram("three")).notice
+    assert "two" in run(engine, 0.1, RunProgram("three")).notice.words
 
 
 def test_a_dragged_or_typed_goal_ends_the_program(engine):
@@ -158,7 +158,7 @@ def test_a_dragged_or_typed_goal_ends_the_program(engine):
     assert s.goal.T_base_tool[1, 0] == pytest.approx(np.sin(1.0))
     run(engine, 0.1, RunProgram("two"))
     assert run(engine, 0.1, SetGoal(s.T_base_tool)).program == ""
-    assert run(engine, 0.1, SetPose((np.nan, 0, 0), (0, 0, 0))).notice
+    assert run(engine, 0.1, SetPose((np.nan, 0, 0), (0, 0, 0))).notice.refused
 
 
 def test_a_held_arm_does_not_go_on_with_the_program(engine):

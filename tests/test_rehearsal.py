@@ -6,7 +6,7 @@ import sys
 CODE = """
 import sys
 from numba.core.dispatcher import Dispatcher
-from app.pipeline import rehearse
+from app.rehearsal import rehearse
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
@@ -17,7 +17,7 @@ def kernels():
 
 ROOMS = ("app.perception", "app.control", "app.robot")
 engine = build_engine(Setup(scene="cell", rate=250.0), ManualClock())
-rehearse(engine.robot, engine.skin, engine.crops, engine.params)
+rehearse(engine.robot, engine.skin, engine.cell, engine.params)
 before = kernels()
 for _ in range(250):
     engine.step()

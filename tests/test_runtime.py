@@ -14,10 +14,10 @@ from app.actions import (
 from app.config import Params
 from app.messages import Mode, SensorHealth
 from app.robot.arm import SimulatedArm
-from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import LATENCY, SimulatedSkin
 from app.timing import ManualClock
+from app.wiring import assemble
 from app.world.world import World
 
 
@@ -29,7 +29,9 @@ class Bench:
         self.arm = SimulatedArm(robot)
         self.eye = SimulatedSkin(robot, skin, self.world, 0, ErrorModel(ideal=True))
         self.clock = ManualClock()
-        self.engine = Engine(robot, skin, self.arm, self.eye, self.world, self.clock, params=params)
+        self.engine = assemble(
+            robot, skin, self.arm, self.eye, self.world, self.clock, params=params
+        )
 
     def run(self, seconds, *actions):
         for a in actions:
@@ -180,9 +182,9 @@ def test_a_range_that_is_not_finite_is_no_point_and_no_fault(bench, robot, skin,
 def test_settings_change_between_ticks_and_bad_ones_are_refused_with_a_notice(bench):
     assert bench.run(0.02, SetParams({"d_min": 0.3, "mode": "sm"})).params.mode == "sm"
     refused = bench.run(0.02, SetParams({"d_min": 9.0}))
-    assert refused.params.d_min == 0.3 and "0.05 to 0.4" in refused.notice
-    assert bench.run(0.02, SetParams({"nonsense": 1})).notice
-    assert bench.run(0.02, SetParams({"d_min": 0.2})).notice == ""
+    assert refused.params.d_min == 0.3 and "0.05 to 0.4" in refused.notice.words
+    assert bench.run(0.02, SetParams({"nonsense": 1})).notice.refused
+    assert bench.run(0.02, SetParams({"d_min": 0.2})).notice.words == ""
 
 
 def test_obstacles_are_added_moved_and_removed(bench):
@@ -193,14 +195,14 @@ def test_obstacles_are_added_moved_and_removed(bench):
     T[:3, 3] = [0.0, 1.0, 0.5]
     assert np.allclose(bench.run(0.02, MoveObstacle(names[0], T)).world[0].T_base_body, T)
     assert bench.run(0.02, RemoveObstacle(names[0])).world == ()
-    assert "nobody" in bench.run(0.02, RemoveObstacle("nobody")).notice
+    assert "nobody" in bench.run(0.02, RemoveObstacle("nobody")).notice.words
 
 
 @pytest.mark.parametrize("bad", [np.full((4, 4), np.nan), np.eye(3)])
 def test_a_goal_that_is_no_pose_is_refused(bench, bad):
     before = bench.run(0.02).goal
     after = bench.run(0.02, SetGoal(bad))
-    assert after.goal is before and "4x4" in after.notice
+    assert after.goal is before and "4x4" in after.notice.words
 
 
 def test_what_was_seen_is_remembered_when_the_sensors_look_away(bench, robot, skin):
@@ -250,7 +252,7 @@ def test_the_thread_runs_and_ends(robot, skin):
 
     world = World(())
     eye = SimulatedSkin(robot, skin, world, 0, ErrorModel(ideal=True))
-    engine = Engine(robot, skin, SimulatedArm(robot), eye, world, WallClock(), params=Params())
+    engine = assemble(robot, skin, SimulatedArm(robot), eye, world, WallClock(), params=Params())
     engine.start()
     first = None
     while first is None or first.tick < 5:

@@ -7,7 +7,6 @@ from app.actions import SetGoal, SetMode, UseSensor
 from app.errors import SensorError
 from app.messages import JointState, Mode, SensorHealth
 from app.robot.arm import SimulatedArm
-from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
 from app.sensing.port_spec import PortSpec, parse_ports
@@ -15,6 +14,7 @@ from app.sensing.serial_skin import SerialSkin
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import lines
 from app.timing import ManualClock
+from app.wiring import assemble
 from app.world.world import World
 from tests.ports import Board, HandPort, raw
 
@@ -37,8 +37,7 @@ class Cell:
         if mixed:
             eye = SimulatedSkin(robot, skin, self.world, 0, ErrorModel(ideal=True))
             source = MixedSkin(self.source, eye)
-        self.engine = Engine(
-            robot, skin, self.arm, source, self.world, self.clock, params=params
+        self.engine = assemble(robot, skin, self.arm, source, self.world, self.clock, params=params
         )  # fmt: skip
 
     def run(self, seconds, *actions):
@@ -170,8 +169,9 @@ def test_a_board_that_was_reset_goes_on_and_is_told_of(cell):
 
 def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
     """The arm turns; a frame that comes 80 ms late is a point of where the arm was."""
-    from app.config import Params
     from app.pipeline import Pipeline
+
+    from app.config import Params
 
     port = HandPort(format_name="binary")
     source = SerialSkin(skin, [port], [PortSpec(port.name)])
@@ -332,7 +332,7 @@ def test_sensors_of_a_mixed_skin_are_switched_one_by_one(robot, skin):
     assert not seen[2].any() and seen[3].any()
     s = cell.run(0.5, UseSensor("ring1-03", True))
     assert s.real[2] and (s.cloud.verdict.reshape(30, 64) == 0)[2].any()
-    assert "ring9" in cell.run(0.02, UseSensor("ring9", True)).notice
+    assert "ring9" in cell.run(0.02, UseSensor("ring9", True)).notice.words
 
 
 def test_a_lost_port_is_no_fault_once_all_of_its_sensors_are_simulated(robot, skin):
@@ -347,7 +347,7 @@ def test_a_lost_port_is_no_fault_once_all_of_its_sensors_are_simulated(robot, sk
 
 
 def test_a_skin_that_is_not_mixed_refuses_the_switch(cell):
-    assert "start with a mixed skin" in cell.run(0.02, UseSensor("ring1-01", True)).notice
+    assert "start with a mixed skin" in cell.run(0.02, UseSensor("ring1-01", True)).notice.words
 
 
 # --- the words after serial: --------------------------------------------------------------

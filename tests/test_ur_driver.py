@@ -15,10 +15,10 @@ from app.messages import Mode
 from app.robot.ur.control import SPEED
 from app.robot.ur.driver import UrArm
 from app.robot.ur.emulator.controller import standing_after
-from app.runtime import Engine
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
+from app.wiring import assemble
 from app.world.world import World
 from tests.virtual_ur import HOME, VirtualUr, own_address
 
@@ -258,7 +258,7 @@ def engine(ur, robot, skin):
     world = World(())
     eye = SimulatedSkin(robot, skin, world, 0, ErrorModel(ideal=True))
     arm = UrArm(ur.host, robot, armed=True)
-    engine = Engine(robot, skin, arm, eye, world, WallClock())
+    engine = assemble(robot, skin, arm, eye, world, WallClock())
     engine.start()
     yield engine
     engine.stop()

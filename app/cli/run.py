@@ -142,7 +142,7 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
     try:
         page = Page(engine, host, port, token=token, origins=origins)
     except BaseException:
-        engine.stop()
+        engine.close()
         raise
     try:
         if quit_asked.is_set():
@@ -157,7 +157,7 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
         quit_asked.wait()
     finally:
         page.stop()
-        engine.stop()
+        engine.close()
 
 
 def _has_desktop() -> bool:

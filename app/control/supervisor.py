@@ -14,7 +14,9 @@ from app.messages import Mode, Status
 
 @dataclass(frozen=True, slots=True)
 class Ready:
-    """The sensors have spoken for the first time."""
+    """The sensors have spoken for the first time; an idle arm goes to this mode."""
+
+    mode: Mode = Mode.RUNNING
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,8 +40,8 @@ Event = Ready | Ask | Fault
 def after(status: Status, event: Event, now: float) -> Status:
     """The status once `event` has happened at `now` [s]; the same object if nothing changes."""
     match event:
-        case Ready() if status.mode is Mode.IDLE:
-            return Status(Mode.RUNNING, "started", now)
+        case Ready(mode=mode) if status.mode is Mode.IDLE:
+            return Status(mode, "started", now)
         case Ask(mode=mode, reason=reason) if (mode, reason) != (status.mode, status.reason):
             return Status(mode, reason, now)
         case Fault(reason=reason) if status.mode is not Mode.STOPPED:
@@ -65,9 +67,9 @@ class Supervisor:
     def __init__(self, mode: Mode, now: float, reason: str = "started") -> None:
         self.status = Status(mode, reason, now)
 
-    def ready(self, now: float) -> None:
-        """The sensors speak: an idle arm begins."""
-        self.status = after(self.status, Ready(), now)
+    def ready(self, mode: Mode, now: float) -> None:
+        """The sensors speak: an idle arm begins, in `mode`."""
+        self.status = after(self.status, Ready(mode), now)
 
     def request(self, mode: Mode, reason: str, now: float) -> None:
         """A person asks for a mode; always granted, a lasting fault stops it again."""

@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import SensorError
-from app.messages import Array, freeze
+from app.messages import Array, BackgroundView, freeze
 
 EDGE = 0.05  # [m] of a cell
 LEAST = 2  # times a cell is seen in each half
 Cells = NDArray[np.int64]
+NOWHERE = np.empty((0, 3))
 
 
 class Background:
@@ -77,6 +78,11 @@ class Background:
             self._set(np.unique(np.loadtxt(path, dtype=np.int64, ndmin=1)))
         except (OSError, ValueError) as e:
             raise SensorError(f"{path}: is no learned background ({e}); learn it anew") from e
+
+    def view(self, now: float) -> BackgroundView:
+        """For onlookers."""
+        left = max(self._until - now, 0.0) if self.learning else 0.0
+        return BackgroundView(NOWHERE, NOWHERE, left)
 
     def _set(self, cells: Cells) -> None:
         self.cells = freeze(cells)

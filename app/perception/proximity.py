@@ -111,6 +111,10 @@ class ManyPairs:
 
     def __init__(self, body: BodyPairs) -> None:
         self._body = body
+        self.reset()
+
+    def reset(self) -> None:
+        """Choose anew at the next tick."""
         self._slot: NDArray[np.intp] | None = None
         self._chosen = -np.inf  # [s]
 

@@ -33,15 +33,19 @@ class SimulatedArm:
         """There is nothing to leave."""
 
     def send(self, qd: Array, dt: float) -> Array:
-        """Follow `qd` (n,) for `dt` [s]; returns the joint velocities really applied."""
+        """Be told `qd` (n,) for `dt` [s]; returns what was taken of it within the limits.
+
+        The joints follow it with the lag; how far they are is in `state`.
+        """
         if not np.isfinite(qd).all():
             raise ValueError("a command with a non-finite joint velocity")
         r = self._robot
         step = (1.0 - np.exp(-dt / self._lag)) if self._lag > 0.0 else 1.0
-        change = np.clip(step * (qd - self._qd), -r.qdd_max * dt, r.qdd_max * dt)
+        told = np.clip(qd, -r.qd_max, r.qd_max)
+        change = np.clip(step * (told - self._qd), -r.qdd_max * dt, r.qdd_max * dt)
         moved = np.clip(self._qd + change, -r.qd_max, r.qd_max)
         q = np.clip(self._q + moved * dt, r.q_min, r.q_max)
         # at a mechanical end the joint stands, whatever was asked
         self._qd = np.where(q == self._q + moved * dt, moved, 0.0)
         self._q = q
-        return self._qd.copy()
+        return told

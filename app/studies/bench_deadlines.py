@@ -20,6 +20,7 @@ from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
 from app.studies.report import Check, Report
 from app.timing import Ticker, WallClock
+from app.wiring import assemble
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -51,10 +52,12 @@ def _run(watch: Watch, count: int, rate: float, seconds: float, seed: int) -> li
     own = load_skin(robot.folder / robot.skin, robot)
     skin = build_skin("many", tuple(own.sensors[i % own.count] for i in range(count)), robot)
     scene = load_scene(find_scene("cell"), seed)
-    world = World(scene.bodies, scene.crops)
+    world = World(scene.bodies)
     source = SimulatedSkin(robot, skin, world, seed)
     arm, clock = SimulatedArm(robot, scene.home), WallClock()
-    engine = Engine(robot, skin, arm, source, world, clock, goal=scene.goal, rate=rate)
+    engine = assemble(
+        robot, skin, arm, source, world, clock, cell=scene.crops, goal=scene.goal, rate=rate
+    )
     with watch(engine):
         engine.start()
         try:
@@ -64,7 +67,7 @@ def _run(watch: Watch, count: int, rate: float, seconds: float, seed: int) -> li
             time.sleep(seconds)
             return list(engine.ticker.lateness)
         finally:
-            engine.stop()
+            engine.close()
 
 
 def _empty(rate: float, seconds: float) -> list[float]:

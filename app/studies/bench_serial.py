@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from app.actions import SetMode
 from app.errors import SensorError
 from app.messages import SLOTS, Mode, SensorFrame
-from app.pipeline import rehearse
+from app.rehearsal import rehearse
 from app.robot.arm import SimulatedArm
 from app.robot.posture import Posture
 from app.runtime import Engine
@@ -34,8 +34,7 @@ from app.sensing.wire import binary
 from app.sensing.wire.raw import VALID, RawFrame
 from app.studies.report import Check, Report
 from app.timing import WallClock
-from app.wiring import Setup, build_robot, choose_skin
-from app.world.world import World
+from app.wiring import Setup, assemble, build_robot, choose_skin
 
 READER_LIMIT = 0.05  # of a core
 LATENCY_LIMIT = 5.0  # [ms] 99 of 100 frames, from the wire to the cloud
@@ -64,10 +63,9 @@ def bench_serial(setup: Setup, seconds: float) -> Report:
         spec = PortSpec(str(link))
         port = AuditedPort(spec, clock)
         source = AuditedSkin(skin, [port], [spec])
-        engine = Engine(
-            robot, skin, SimulatedArm(robot), source, World(()), clock, rate=setup.rate
-        )  # fmt: skip
-        rehearse(robot, skin, (), engine.params)
+        arm = SimulatedArm(robot)
+        engine = assemble(robot, skin, arm, source, None, clock, rate=setup.rate)
+        rehearse(robot, skin, (), engine.brain.params)
         engine.post(SetMode(Mode.RUNNING))
         times = Times()
         begin, busy = clock.now(), port.facts().busy
@@ -81,7 +79,7 @@ def bench_serial(setup: Setup, seconds: float) -> Report:
         while clock.now() < end or port.fresh:
             times.tick(engine, port)
         elapsed, facts = clock.now() - begin, port.facts()
-        engine.stop()
+        engine.close()
         ours.send("bye")
         board.join()
     share = (facts.busy - busy) / elapsed

@@ -7,10 +7,12 @@ import numpy as np
 from app.config import Params
 from app.control.goals import goal_error
 from app.messages import Mode, Snapshot
+from app.plant.simulated import SimulatedPlant
 from app.runtime import Engine
 from app.studies.report import Check, Report
 from app.studies.truth import TrueDistance
 from app.wiring import Setup, build_engine, clock_for
+from app.world.world import World
 
 DISTAL = 3  # joints that move a link which can be moved in every direction
 JUDGED_EVERY = 0.02  # [s] true distances are exact and cost a millisecond
@@ -45,8 +47,10 @@ class Judge:
         self._moving = np.flatnonzero(robot.supports.any(axis=1))
         self._distal = robot.supports.sum(axis=1)[self._moving] >= DISTAL
         self._truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
-        shapes = engine.world.shapes()
-        self._cell = [c.name for c in engine.crops if c.name in shapes]  # static, never avoided
+        plant = engine.plant
+        self._world = plant.world if isinstance(plant, SimulatedPlant) else World(())
+        shapes = self._world.shapes()
+        self._cell = [c.name for c in engine.cell if c.name in shapes]  # static, never avoided
         self._next = -np.inf
         self._mode = Mode.RUNNING
         self.record = Record()
@@ -62,7 +66,7 @@ class Judge:
         self._mode = s.status.mode
         if s.stamp >= self._next:
             self._next = s.stamp + JUDGED_EVERY
-            true = self._truth.measure(s.T_base_link, self._engine.world, self._cell)[self._moving]
+            true = self._truth.measure(s.T_base_link, self._world, self._cell)[self._moving]
             r.stamp.append(s.stamp)
             r.true_distance.append(float(true.min()))
             r.distal_distance.append(float(true[self._distal].min()))
@@ -74,17 +78,18 @@ def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Rec
     """Run for `seconds` of simulated time, or until the recording has ended."""
     clock = clock_for(setup)
     engine = build_engine(setup, clock, params)
-    judge = Judge(engine)
+    judge, ticks = Judge(engine), engine.subscribe(1)
     judge.record.began = clock.now()
     end = judge.record.began + seconds
     try:
         while True:
             snapshot = engine.step()
             judge.see(snapshot)
-            if snapshot.stamp >= end or engine.ended():
+            ((inputs, _),) = ticks.take()
+            if snapshot.stamp >= end or inputs.source.ended:
                 return judge.record, snapshot
     finally:
-        engine.stop()
+        engine.close()
 
 
 def summary(setup: Setup, seconds: float, params: Params | None = None) -> Report:

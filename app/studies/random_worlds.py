@@ -22,7 +22,6 @@ from app.messages import Array, Goal, Mode, Snapshot, freeze
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, load_skin
-from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
 from app.studies.free_direction import free_direction
 from app.studies.headless import JUDGED_EVERY
@@ -31,6 +30,7 @@ from app.studies.report import Check, Report
 from app.studies.trial_log import Trial, TrialLog
 from app.studies.truth import TrueDistance
 from app.timing import ManualClock
+from app.wiring import assemble
 from app.world.motion import make_motion
 from app.world.shapes import make_shape
 from app.world.tables import transform
@@ -111,7 +111,7 @@ def run_trial(
     # each as it is meant to be run: the paper's have no memory
     chosen = params or Params(memory=mode == "qp")
     chosen = replace(chosen, mode=mode)
-    engine = Engine(
+    engine = assemble(
         robot, skin, arm, source, world, ManualClock(), params=chosen, goal=goals[0], rate=rate
     )
     trial = Trial(seed, mode)

@@ -103,7 +103,7 @@ def run_point(p: Point, seconds: float, seed: int, rate: float) -> dict[str, Any
         "steady_m": r.steady(2.0),
         "above_d_min": float((true >= D_MIN).mean()),
         "distal_above_d_min": float((distal >= D_MIN).mean()),
-        "waypoints_per_min": 60.0 * engine.reached / seconds,
+        "waypoints_per_min": 60.0 * s.reached / seconds,
         "goal_error_m": error,
         "jerk_rms": jerk_rms(np.array(qd), rate),
         "switches_per_s": switches(held[late:]) / max(seconds - STILL, 1e-9),

@@ -20,6 +20,7 @@ from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
 from app.ui.page import Page
+from app.wiring import assemble
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -52,7 +53,7 @@ def live() -> Iterator[Live]:
     source = SimulatedSkin(robot, skin, world)
     patient = Params(silence=2.0)  # a browser that starts may hold the processor for a second
     arm = SimulatedArm(robot)
-    engine = Engine(robot, skin, arm, source, world, WallClock(), params=patient, rate=RATE)
+    engine = assemble(robot, skin, arm, source, world, WallClock(), params=patient, rate=RATE)
     engine.start()
     try:
         with Page(engine, port=0) as page:

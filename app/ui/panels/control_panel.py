@@ -96,7 +96,8 @@ class ControlPanel:
             word, colour, meaning = WORDS[snapshot.status.mode]
             reason = snapshot.status.reason
             told = f"{meaning}: {reason}" if reason else meaning
-            refused = f"Refused: {snapshot.notice}" if snapshot.notice else ""
+            notice = snapshot.notice
+            refused = f"Refused: {notice.words}" if notice.refused else notice.words
             below = refused or snapshot.advice or self._closest(snapshot)
             self.state.content = state_html(word, colour, told, below)
 

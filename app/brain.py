@@ -1,0 +1,201 @@
+"""The brain: `Inputs` in, `Outputs` out; which frame becomes which command is decided here.
+
+    actions ─► what people want        ┐
+    reports ─► may the arm move at all ├─► perception ─► controller ─► command
+    frames  ─► what is there           ┘
+
+No clock, no thread, no device, no world: the same Inputs give the same Outputs to the last
+bit. Motion stops on any doubt, with a reason; only a person's action sets it going again.
+"""
+
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from app import actions as asked
+from app.config import ControlMode, Params, change
+from app.control.controllers import Controllers
+from app.control.errand import Errand
+from app.control.programs import Program
+from app.digest import digest
+from app.errors import FlinchError
+from app.guard import Guard
+from app.messages import (
+    NO_NOTICE,
+    Array,
+    Command,
+    CropBox,
+    Goal,
+    JointState,
+    Mode,
+    Notice,
+    freeze,
+)  # fmt: skip
+from app.perception.perception import Percept, Perception
+from app.robot.model import Robot
+from app.robot.skin import Skin
+from app.tick import Inputs, Outputs
+
+
+def no_lap(room: str) -> None:
+    """Nobody times the rooms."""
+
+
+class Brain:
+    """One arm's mind; `begin` is the mode that it enters when the sensors first speak."""
+
+    def __init__(
+        self,
+        robot: Robot,
+        skin: Skin,
+        cell: Sequence[CropBox] = (),
+        params: Params | None = None,
+        *,
+        goal: Goal | None = None,
+        programs: Mapping[str, Program] | None = None,
+        begin: Mode = Mode.RUNNING,
+    ) -> None:
+        self.robot, self.skin, self.cell = robot, skin, tuple(cell)
+        self._born = params or Params(), goal, dict(programs or {}), begin
+        self._perception = Perception(robot, skin, cell)
+        self._controllers = Controllers(robot, cell)
+        self.reset()
+
+    def sibling(self, mode: ControlMode) -> "Brain":
+        """A second mind for the same arm and place, with another controller."""
+        params, goal, programs, begin = self._born
+        params = replace(params, mode=mode)
+        return Brain(
+            self.robot, self.skin, self.cell, params, goal=goal, programs=programs, begin=begin
+        )  # fmt: skip
+
+    def reset(self) -> None:
+        """As on the first day: nothing seen, nothing asked for, the settings of the start."""
+        self.params, goal, programs, begin = self._born
+        self._perception.reset()
+        self._controllers.reset()
+        self._errand = Errand(programs, goal)
+        self._guard = Guard(self.skin.count, begin)
+        self._notice = NO_NOTICE
+        self._point: Array | None = None  # control point of the last tick
+        self._q = self.robot.home  # the last joint positions that were finite
+
+    def digest(self) -> str:
+        """A text for the whole state; equal after equal Inputs."""
+        return digest(vars(self), facts=(Robot, Skin))
+
+    @property
+    def programs(self) -> tuple[str, ...]:
+        """Names of the waypoint programs that can be run."""
+        return tuple(self._errand.programs)
+
+    def tick(self, x: Inputs, lap: Callable[[str], None] = no_lap) -> Outputs:
+        """One step; never raises for what a stop can answer. `lap` is told when a room is done."""
+        try:
+            return self._tick(x, lap)
+        except Exception as error:
+            # whatever went wrong, the arm stops; the reason is shown, the trace goes out
+            stopped = self._guard.mode is Mode.STOPPED
+            trace = "" if stopped else traceback.format_exc()
+            reason = str(error) if isinstance(error, FlinchError) else f"internal error: {error!r}"
+            self._guard.fault(reason, x.now)
+            return self._blindly(x, trace)
+
+    def _tick(self, x: Inputs, lap: Callable[[str], None]) -> Outputs:
+        if not (np.isfinite(x.joints.q).all() and np.isfinite(x.joints.qd).all()):
+            raise FlinchError("the arm reports a joint value that is not finite")
+        self._q = x.joints.q
+        tool = self.robot.posture(x.joints.q).T_base_tool
+        if self._guard.listen(x, self.params.frame_age) or self._errand.held is None:
+            self._errand.hold(tool)
+        engage = self._heed(x, tool)
+        p, mind = self.params, self._controllers
+        share, moving = self._guard.judge(x, p.silence, p.slow_after)
+        seen = self._perception.update(
+            x.frames, x.joints, p, mind.kind(p), mind.wants_ages(p), lap
+        )  # fmt: skip
+        goal = self._errand.update(self._guard.mode, moving, tool, x.dt)
+        if moving:
+            command = mind.update(
+                seen.posture, x.joints, seen.pairs, goal, p, x.dt, share, x.applied
+            )  # fmt: skip
+        else:
+            command = mind.brake(x.joints, x.dt, x.applied)
+        if not np.isfinite(command.qd).all():
+            raise FlinchError("the controller asked for a joint velocity that is not finite")
+        lap("control")
+        return self._outputs(x, seen, command, engage)
+
+    def _heed(self, x: Inputs, T_base_tool: Array) -> bool:
+        """Do what people asked for; was motion asked for? What fails is a notice, no more."""
+        engage = False
+        for action in x.actions:
+            try:
+                self._notice = NO_NOTICE
+                engage |= self._act(action, x, T_base_tool)
+            except Exception as error:
+                known = isinstance(error, FlinchError | ValueError)
+                words = str(error) if known else f"{type(action).__name__} failed: {error!r}"
+                self._notice = Notice(words, refused=True)
+        if x.refused:
+            self._notice = Notice(x.refused, refused=True)
+        background = self._perception.background
+        if background.finish(x.now):
+            self._notice = Notice(f"background learned: {len(background.cells)} cells")
+        return engage
+
+    def _act(self, action: asked.Action, x: Inputs, T_base_tool: Array) -> bool:
+        match action:
+            case asked.SetGoal() | asked.SetPose() | asked.RunProgram():
+                self._errand.take(action, T_base_tool)
+            case asked.SetParams(changes=changes):
+                self.params = change(self.params, changes)
+            case asked.SetMode(mode=mode, reason=reason):
+                return self._set_mode(Mode(mode), reason, x.now, T_base_tool)
+            case asked.LearnBackground(seconds=seconds):
+                self._perception.background.learn(x.now, seconds)
+            case asked.Remark(words=words, refused=refused):
+                self._notice = Notice(words, refused)
+        return False
+
+    def _set_mode(self, mode: Mode, reason: str, now: float, T_base_tool: Array) -> bool:
+        if mode is Mode.HOLDING:
+            self._errand.hold(T_base_tool)
+        if self._guard.mode is Mode.STOPPED and mode is not Mode.STOPPED:
+            self._perception.begin_anew()
+        self._guard.ask(mode, reason, now)
+        return mode is not Mode.STOPPED
+
+    def _blindly(self, x: Inputs, trace: str) -> Outputs:
+        """A tick that failed: brake, with what was believed before."""
+        joints = JointState(x.joints.stamp, self._q, np.zeros(self.robot.n))
+        seen = self._perception.recall(joints, self.params)
+        command = self._controllers.brake(joints, x.dt, x.applied)
+        return self._outputs(x, seen, command, engage=False, trace=trace)
+
+    def _outputs(
+        self, x: Inputs, seen: Percept, command: Command, engage: bool, trace: str = ""
+    ) -> Outputs:
+        errand, health = self._errand, self._guard.health
+        goal = errand.goal or Goal(seen.posture.T_base_tool)
+        return Outputs(
+            command=command, engage=engage, status=self._guard.status, params=self.params,
+            goal=goal, T_base_link=seen.posture.T_base_link, T_base_tool=seen.posture.T_base_tool,
+            cloud=seen.cloud, pairs=seen.pairs, body=seen.body, memory=seen.memory,
+            health=freeze(health.states(x.now, self.params.frame_age)),
+            rate=freeze(health.rates()), delay=freeze(health.delays()),
+            background=self._perception.background.view(x.now),
+            notice=self._notice, advice=x.arm.advice or self._guard.advice or command.reason,
+            program=errand.program.words if errand.program else "", reached=errand.reached,
+            jump=self._jump(seen, command), trace=trace,
+        )  # fmt: skip
+
+    def _jump(self, seen: Percept, command: Command) -> float:
+        """How far the control point has moved since the last tick [m]."""
+        before, row = self._point, command.control_row
+        self._point = seen.pairs.on_robot[row] if row >= 0 else None
+        if before is None or self._point is None:
+            return 0.0
+        return float(np.linalg.norm(self._point - before))

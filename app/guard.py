@@ -1,0 +1,81 @@
+"""May the arm move, and how fast? What the machine says and what people ask, weighed together.
+
+Whatever casts doubt stops the arm, by name: its own report, its sensors' silence, a fault of
+the machine that runs us. Late sensors slow it. Only a person sets a stopped arm going again,
+and then it waits for frames that are measured from that moment on.
+"""
+
+import numpy as np
+
+from app.control.supervisor import Supervisor, speed_share
+from app.messages import Mode, Status
+from app.perception.health import SkinHealth
+from app.tick import Inputs
+
+SILENT_SHARE = 0.5  # of the connected sensors: from this share on the arm is blind
+NOT_SEEN = "waits for the first frames"
+
+
+class Guard:
+    """Holds the mode and what is known of the sensors; `begin` is the mode to wake up in."""
+
+    def __init__(self, sensors: int, begin: Mode) -> None:
+        self.health = SkinHealth(np.zeros(sensors, dtype=bool))
+        self.advice = ""  # why the arm is slowed; empty while it is not
+        self._begin = begin
+        self._supervisor = Supervisor(Mode.IDLE, 0.0, NOT_SEEN)
+        self._listening: float | None = None  # [s] silence is counted from here
+
+    @property
+    def status(self) -> Status:
+        """The mode, why, and since when."""
+        return self._supervisor.status
+
+    @property
+    def mode(self) -> Mode:
+        """What the arm may do now."""
+        return self._supervisor.mode
+
+    def listen(self, x: Inputs, frame_age: float) -> bool:
+        """Take note of the sensors; True when they have spoken for the first time."""
+        if self._listening is None:
+            self._supervisor = Supervisor(Mode.IDLE, x.now, NOT_SEEN)
+        if self._listening is None or x.late > frame_age:
+            # a stall was this machine's, not the sensors'; wait for fresh frames, though
+            self._listening = x.now
+        self.health.connect(x.source.connected)
+        self.health.update(x.frames, x.now)
+        wakes = self.mode is Mode.IDLE and self.health.heard_since(self._listening)
+        if wakes:
+            self._supervisor.ready(self._begin, x.now)
+        return wakes
+
+    def ask(self, mode: Mode, reason: str, now: float) -> None:
+        """A person asks for a mode."""
+        if mode is not Mode.STOPPED:
+            self._listening = now
+        self._supervisor.request(mode, reason, now)
+
+    def fault(self, reason: str, now: float) -> None:
+        """Stop; the first reason stays until a person acts."""
+        self._supervisor.fault(reason, now)
+
+    def judge(self, x: Inputs, silence: float, slow_after: float) -> tuple[float, bool]:
+        """The share of the speed that may be used, and whether the arm may move at all.
+
+        silence: [s] of half of the sensors that stop it, from `slow_after` [s] on it slows.
+        """
+        since = self._listening
+        assert since is not None  # `listen` has been here
+        for reason in (x.fault, x.arm.fault, x.source.ended, x.source.fault):
+            if reason:
+                self.fault(reason, x.now)
+        connected = int(x.source.connected.sum())
+        silent = self.health.silent(x.now, silence, since)
+        if connected and silent >= SILENT_SHARE * connected:
+            self.fault(f"{silent} of {connected} sensors silent for more than {silence:g} s", x.now)
+        age = self.health.age(x.now, since, SILENT_SHARE)
+        share = speed_share(age, slow_after, silence)
+        self.advice = "" if share == 1.0 else f"slow: the sensors are silent for {age:.1f} s"
+        moves = self.mode in (Mode.RUNNING, Mode.HOLDING)
+        return share * x.arm.pace, moves and x.arm.ready and self.health.heard_since(since)

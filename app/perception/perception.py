@@ -1,0 +1,184 @@
+"""Frames and joint states in, pairs out: everything that is believed of the world.
+
+frames ─► cloud (placed at each frame's own time, judged once) ─► memory, speed of the world
+       ─► closest pairs of the kind that the controller works with
+
+Nothing behind it feeds back into it: what it believes follows from what was measured alone.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from itertools import groupby
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.config import Params
+from app.messages import (
+    SLOTS,
+    Array,
+    Cloud,
+    CropBox,
+    JointState,
+    Pairs,
+    SensorFrame,
+    Verdict,
+    freeze,
+)
+from app.perception.background import Background
+from app.perception.cloud import SkinCloud
+from app.perception.memory import Memory
+from app.perception.proximity import BodyPairs, ManyPairs, MountPairs, SteadyPairs
+from app.perception.velocity import ObstacleSpeed
+from app.robot.history import JointHistory
+from app.robot.model import Robot
+from app.robot.posture import Posture
+from app.robot.skin import Skin
+
+KEPT = int(Verdict.KEPT)  # numpy is slow with an enum
+VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
+REACH = 0.6  # [m] several pairs a link are looked for up to here
+Lap = Callable[[str], None]
+Kind = Literal["mounts", "links", "several"]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Percept:
+    """What is believed at one tick; `pairs` are the controller's, `body` the whole body's.
+
+    memory: (n, 3) [m] remembered points near the arm, base frame.
+    """
+
+    posture: Posture
+    cloud: Cloud
+    pairs: Pairs
+    body: Pairs
+    memory: Array
+
+
+class Perception:
+    """Holds all that is remembered of frames and joint states; no clock, no device."""
+
+    def __init__(self, robot: Robot, skin: Skin, crops: Sequence[CropBox] = ()) -> None:
+        self._robot = robot
+        self._history = JointHistory(robot.n)
+        self._cloud = SkinCloud(robot, skin, crops)
+        self._body = BodyPairs(robot)
+        self._memory = Memory(robot, skin)
+        self._speed = ObstacleSpeed(skin)
+        self._steady, self._many = SteadyPairs(self._body), ManyPairs(self._body)
+        self._mounts = MountPairs(skin)
+
+    @property
+    def background(self) -> Background:
+        """The learned background."""
+        return self._cloud.background
+
+    def reset(self) -> None:
+        """Know nothing."""
+        self._history.reset()
+        self._cloud.reset()
+        self._memory.reset()
+        self.begin_anew()
+
+    def begin_anew(self) -> None:
+        """Follow no pair and no motion of before; frames and memory live by their own age."""
+        self._body.reset()
+        self._speed.reset()
+        self._steady.reset()
+        self._many.reset()
+
+    def update(
+        self,
+        frames: Sequence[SensorFrame],
+        joints: JointState,
+        params: Params,
+        kind: Kind,
+        ages: bool,
+        lap: Lap,
+    ) -> Percept:
+        """What is believed at `joints.stamp`, with pairs of this kind and maybe their ages."""
+        self._history.append(joints)
+        posture = self._robot.posture(joints.q)
+        lap("kinematics")
+        self._take(frames, params)
+        cloud = self._cloud.view(joints.stamp, params)
+        lap("filter")
+        points, use = self._world_points(cloud, posture, joints.stamp, params)
+        body = self._body.search(points, use, posture)
+        pairs = self._pairs(kind, body, points, use, posture, joints.stamp, params)
+        if params.obstacle_speed:
+            pairs = self._speed.update(pairs, joints.stamp)
+        if ages:
+            pairs = replace(pairs, age=self._ages(pairs, cloud, joints.stamp))
+        if params.memory:
+            self._revise_memory(body, len(cloud.points), joints.stamp, params)
+        memory = freeze(self._memory.points[self._memory.near])
+        lap("pairs")
+        return Percept(posture, cloud, pairs, body, memory)
+
+    def recall(self, joints: JointState, params: Params) -> Percept:
+        """What was believed before, at the present posture: for a tick that trusts nothing new."""
+        posture = self._robot.posture(joints.q)
+        cloud = self._cloud.view(joints.stamp, params)
+        points, use = self._world_points(cloud, posture, joints.stamp, params)
+        body = self._body.search(points, use, posture)
+        return Percept(posture, cloud, body, body, np.empty((0, 3)))
+
+    def _take(self, frames: Sequence[SensorFrame], params: Params) -> None:
+        """Judge new frames, each at the posture that the arm had when it was measured."""
+        for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
+            then = self._robot.posture(self._history.at(stamp))
+            together = list(group)
+            self._cloud.take(together, then, params)
+            if params.memory or params.obstacle_speed:
+                sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
+                if params.obstacle_speed:
+                    self._speed.take(judged, sensors)
+                if params.memory:
+                    self._memory.update(judged, sensors, then)
+
+    def _world_points(
+        self, cloud: Cloud, posture: Posture, now: float, params: Params
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Points (n, 3) to keep clear of and which are in use: the cloud's, then the memory's."""
+        points, use = cloud.points, cloud.verdict == KEPT
+        if not params.memory:
+            self._memory.reset()
+            return points, use
+        self._memory.age(now, posture)
+        return (
+            np.concatenate((points, self._memory.points)),
+            np.concatenate((use, self._memory.near)),
+        )
+
+    def _pairs(
+        self, kind: Kind, body: Pairs, points: Array, use: NDArray[np.bool_], posture: Posture,
+        now: float, params: Params,
+    ) -> Pairs:  # fmt: skip
+        if kind == "mounts":
+            return self._mounts.search(points, use, posture)
+        if kind == "several":
+            return self._many.update(body, points, use, posture, REACH, now)
+        return self._steady.update(body, points, use, posture, params.pair_hold)
+
+    def _revise_memory(self, body: Pairs, current: int, now: float, params: Params) -> None:
+        """Tell the memory what moves, and where the arm's own body has been."""
+        if params.obstacle_speed:  # without it nobody renews what was found to move
+            for point in self._speed.moving():
+                self._memory.mark_moving(point, now)
+        inside = (body.distance < VISITED) & (body.slot >= current)
+        self._memory.visited(body.slot[inside] - current)
+
+    def _ages(self, pairs: Pairs, cloud: Cloud, now: float) -> Array:
+        """(B,) [s] since each pair's world point was measured."""
+        age, slot, current = np.full(len(pairs.slot), np.inf), pairs.slot, len(cloud.points)
+        seen, kept = (slot >= 0) & (slot < current), slot >= current
+        age[seen] = now - cloud.stamp[slot[seen] // SLOTS]
+        age[kept] = self._memory.ages(slot[kept] - current, now)
+        return freeze(age)
+
+
+def _stamp(frame: SensorFrame) -> float:
+    return frame.stamp
