@@ -16,6 +16,7 @@ import numpy as np
 
 from app import actions as asked
 from app.config import ControlMode, Params, change
+from app.control.clearance import Clearance
 from app.control.controllers import Controllers
 from app.control.errand import Errand
 from app.control.programs import Program
@@ -34,9 +35,15 @@ from app.messages import (
     freeze,
 )  # fmt: skip
 from app.perception.perception import Percept, Perception
+from app.perception.self_filter import SelfFilter
+from app.perception.tree import Forest
+from app.raycast import RigidMesh
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import Inputs, Outputs
+
+# what a brain is built on and never changes; a self filter holds nothing but rays and scratch
+FACTS = (Robot, Skin, RigidMesh, Forest, SelfFilter, Clearance)
 
 
 def no_lap(room: str) -> None:
@@ -84,7 +91,7 @@ class Brain:
 
     def digest(self) -> str:
         """A text for the whole state; equal after equal Inputs."""
-        return digest(vars(self), facts=(Robot, Skin))
+        return digest(vars(self), FACTS)
 
     @property
     def programs(self) -> tuple[str, ...]:

@@ -23,30 +23,30 @@ def digest(state: Any, facts: tuple[type, ...] = ()) -> str:
     Raises TypeError for what it does not know how to read: a state that cannot be compared is
     a mistake, not an empty text.
     """
-    sha = hashlib.sha256()
-    _walk(state, facts, sha, set())
-    return sha.hexdigest()[:16]
+    sha = hashlib.blake2b(digest_size=8)
+    _walk(state, facts, sha, {})
+    return sha.hexdigest()
 
 
-def _walk(value: Any, facts: tuple[type, ...], sha: Any, above: set[int]) -> None:
+def _walk(value: Any, facts: tuple[type, ...], sha: Any, seen: dict[int, tuple[int, Any]]) -> None:
     if isinstance(value, facts) or callable(value):
         return
     if isinstance(value, Enum):
         value = value.value
-    if isinstance(value, PLAIN | np.generic):
+    if isinstance(value, (*PLAIN, np.generic)):
         sha.update(f"{type(value).__name__}:{value!r};".encode())
         return
+    if id(value) in seen:  # shared, or a circle: told once, then by its number
+        sha.update(f"#{seen[id(value)][0]};".encode())
+        return
+    seen[id(value)] = len(seen), value  # kept alive, or its id would name another one
     if isinstance(value, np.ndarray):
         sha.update(f"{value.dtype}{value.shape};".encode())
-        sha.update(np.ascontiguousarray(value).tobytes())
+        sha.update(np.ascontiguousarray(value).data)
         return
-    if id(value) in above:
-        return
-    above.add(id(value))
     for name, part in _parts(value):
         sha.update(f"{name}=".encode())
-        _walk(part, facts, sha, above)
-    above.remove(id(value))
+        _walk(part, facts, sha, seen)
 
 
 def _parts(value: Any) -> list[tuple[Any, Any]]:

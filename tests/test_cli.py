@@ -94,6 +94,10 @@ def test_headless_json_is_one_object_in_the_common_form():
     content = json.loads(result.stdout)
     assert list(content) == ["what", "machine", "versions", "seed", "rows", "checks"]
     assert content["what"] == "run" and content["seed"] == 3
+    row = content["rows"][0]
+    assert row["lowest_point_m"] > 0.0 and row["blind_share"] == 0.0
+    assert 0.0 <= row["avoiding_share"] <= 1.0
+    assert sum(row["reasons"].values()) == row["ticks"] and row["advice"] == {}
     assert all({"name", "value", "unit", "limit", "ok"} == set(c) for c in content["checks"])
 
 

@@ -40,4 +40,4 @@ class JointHistory:
 
     def reset(self) -> None:
         """Forget everything."""
-        self._count = 0
+        self._stamp[:], self._q[:], self._count = -np.inf, 0.0, 0

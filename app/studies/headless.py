@@ -1,5 +1,7 @@
 """The same engine without a page and without waiting: a run and what came of it."""
 
+import re
+from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -28,6 +30,12 @@ class Record:
     distal_distance: list[float] = field(default_factory=list)  # of what three joints move
     seen_distance: list[float] = field(default_factory=list)
     activation: list[float] = field(default_factory=list)
+    lowest: float = np.inf  # [m] of any point of what moves, above the base's x-y plane
+    ticks: int = 0
+    avoiding: int = 0  # ticks in which the avoidance acted
+    blind: float = 0.0  # sum over the ticks of what could not be told
+    reasons: Counter[str] = field(default_factory=Counter)  # ticks with each mode's reason
+    advice: Counter[str] = field(default_factory=Counter)  # ticks with each advice
     stops: list[dict[str, object]] = field(default_factory=list)
     overspeed: float = -np.inf  # [rad/s] largest excess over a velocity limit
     overreach: float = -np.inf  # [rad] largest excess over a position limit
@@ -51,6 +59,7 @@ class Judge:
         self._world = plant.world if isinstance(plant, SimulatedPlant) else World(())
         shapes = self._world.shapes()
         self._cell = [c.name for c in engine.cell if c.name in shapes]  # static, never avoided
+        self._points = [b.vertices[np.unique(b.faces)] for b in robot.bodies]
         self._next = -np.inf
         self._mode = Mode.RUNNING
         self.record = Record()
@@ -64,6 +73,12 @@ class Judge:
         if s.status.mode is Mode.STOPPED and self._mode is not Mode.STOPPED:
             r.stops.append({"at": s.stamp - r.began, "reason": s.status.reason})
         self._mode = s.status.mode
+        r.ticks += 1
+        r.avoiding += s.command.activation > 0.0
+        r.blind += s.blind
+        r.reasons[f"{s.status.mode.value}: {s.status.reason}"] += 1
+        if s.advice:
+            r.advice[_without_figures(s.advice)] += 1
         if s.stamp >= self._next:
             self._next = s.stamp + JUDGED_EVERY
             true = self._truth.measure(s.T_base_link, self._world, self._cell)[self._moving]
@@ -72,6 +87,14 @@ class Judge:
             r.distal_distance.append(float(true[self._distal].min()))
             r.seen_distance.append(float(s.body.distance[self._moving].min()))
             r.activation.append(s.command.activation)
+            for i in self._moving:  # the base stands on the table for ever
+                T = s.T_base_link[i]
+                r.lowest = min(r.lowest, float((self._points[i] @ T[2, :3]).min() + T[2, 3]))
+
+
+def _without_figures(words: str) -> str:
+    """The same advice with other figures in it is the same advice."""
+    return re.sub(r"\d+(\.\d+)?", "#", words)
 
 
 def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Record, Snapshot]:
@@ -107,7 +130,12 @@ def summary(setup: Setup, seconds: float, params: Params | None = None) -> Repor
         "min_perceived_distance_m": min(record.seen_distance),
         "goal_error_m": position,
         "goal_error_rad": angle,
+        "lowest_point_m": record.lowest,
+        "avoiding_share": record.avoiding / record.ticks,
+        "blind_share": record.blind / record.ticks,
         "status": last.status.mode.value,
+        "reasons": dict(record.reasons),
+        "advice": dict(record.advice),
         "stops": record.stops,
     }
     checks = [
