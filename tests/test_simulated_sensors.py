@@ -135,3 +135,65 @@ def test_after_a_stall_a_sensor_sends_one_frame_not_a_burst(robot, ahead):
     eye.poll(0.0, posture)
     assert len(eye.poll(1.0, posture)) == 1
     assert len(eye.poll(1.004, posture)) == 0
+
+
+def told(eye, robot, seconds, mute=lambda t: set()):
+    """Every frame of a skin at the home posture by sensor and number, as bytes."""
+    posture = robot.posture(robot.home)
+    out = {}
+    for t in np.arange(0.0, seconds, 0.004):
+        eye.muted = mute(t)
+        for f in eye.poll(t, posture):
+            what = (f.distance.tobytes(), f.status.tobytes(), f.targets.tobytes())
+            out[f.sensor, f.sequence] = (f.stamp, *what)
+    return out
+
+
+def cluttered(robot):
+    world = World(())
+    for i, place in enumerate(np.random.default_rng(3).uniform(-0.8, 0.8, (8, 3))):
+        world.add(f"ball {i}", {"kind": "sphere", "radius_m": 0.15}, tuple(place))
+    return world
+
+
+def test_muting_a_sensor_for_a_while_changes_no_frame_of_the_others(robot, skin):
+    def run(mute):
+        eye = SimulatedSkin(robot, skin, cluttered(robot), 4, ErrorModel(ghosts=0.05))
+        return told(eye, robot, 0.8, mute)
+
+    all_speak, one_rests = (
+        run(lambda t: set()),
+        run(lambda t: {11} if 0.2 < t < 0.5 else set()),
+    )
+    others = {key: said for key, said in all_speak.items() if key[0] != 11}
+    assert len(others) > 250
+    assert others == {key: said for key, said in one_rests.items() if key[0] != 11}
+    assert len(one_rests) < len(all_speak)
+
+
+def reported(robot, ahead, **changes):
+    """Distance and status (n, 64) that one sensor reports of a wall at a metre."""
+    found = [f for _, f in frames_of(ahead, wall_at(robot, 1.0), robot, 4.0, 1,
+                                     ErrorModel(**changes))]  # fmt: skip
+    return (np.array([getattr(f, name) for f in found]) for name in ("distance", "status"))
+
+
+def test_strays_that_are_switched_off_leave_all_other_zones_as_they_were(robot, ahead):
+    (with_it, _), (without, _) = reported(robot, ahead, ghosts=0.1), reported(robot, ahead)
+    assert np.mean(with_it == without) == pytest.approx(0.9, abs=0.02)
+
+
+def test_statuses_that_are_switched_off_leave_every_distance_as_it_was(robot, ahead):
+    with_it, status = reported(robot, ahead)
+    without, plain = reported(robot, ahead, bad_4=0.0, bad_2=0.0)
+    assert (with_it == without).all()
+    assert np.mean(status != plain) == pytest.approx(0.06, abs=0.01)
+
+
+def test_a_bias_that_is_switched_off_leaves_the_noise_as_it_was(robot, ahead):
+    with_it, status = reported(robot, ahead)
+    without, plain = reported(robot, ahead, zone_bias=0.0)
+    assert (status == plain).all()
+    factor = with_it / without  # but for the rounding to millimetres one of its own in every zone
+    assert np.std(factor, axis=0).max() < 1e-3
+    assert np.std(factor.mean(axis=0)) == pytest.approx(0.015, rel=0.3)

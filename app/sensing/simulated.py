@@ -19,6 +19,7 @@ from app.robot.skin import FIELD_OF_VIEW, Skin, zone_directions
 from app.sensing import zones
 from app.sensing.error_model import ErrorModel, Reading
 from app.sensing.source import Unfailing
+from app.sensing.streams import sensor_streams
 from app.world.world import World
 
 RATE = 15.0  # [Hz] the fastest for 8x8 (UM3109)
@@ -46,7 +47,7 @@ class SimulatedSkin(Unfailing):
         self._robot, self._skin, self._world = robot, skin, world
         self._errors = errors or ErrorModel()
         self._latency = latency
-        self._random = np.random.default_rng(seed)
+        self._streams = [sensor_streams(seed, k) for k in range(skin.count)]
         self._rays = [_sub_rays(skin, k) for k in range(skin.count)]
         self._cosine = [r @ axis for r, axis in zip(self._rays, skin.axis, strict=True)]
         self._own = [self._own_hits(k) for k in range(skin.count)]
@@ -57,8 +58,7 @@ class SimulatedSkin(Unfailing):
             np.zeros(len(self._radius), dtype=bool),
         )
         self._range = [self._errors.range_90(s.resolution) for s in skin.sensors]
-        bias = self._random.normal(0.0, self._errors.zone_bias, (skin.count, SLOTS))
-        self._bias = np.clip(bias, -0.04, 0.04)
+        self._bias = [self._errors.bias(streams) for streams in self._streams]
         self._next: Array | None = None
         self._sequence = np.zeros(skin.count, dtype=np.int64)
         self._had_target = np.zeros((skin.count, SLOTS), dtype=bool)
@@ -116,7 +116,7 @@ class SimulatedSkin(Unfailing):
     def _frame(self, k: int, now: float, posture: Posture) -> SensorFrame:
         distance, status, targets = self._errors.measure(
             self.read(k, posture), FAR, self._range[k], self._bias[k], self._had_target[k],
-            self._sequence[k] == 0, self._random,
+            self._sequence[k] == 0, self._streams[k],
         )  # fmt: skip
         self._sequence[k] += 1
         return SensorFrame(
