@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from app.robot.skin import Sensor, build_skin
+from app.robot.skin import Sensor, build_skin, zone_directions
 from app.sensing.error_model import FIRST, MERGED, NO_TARGET, UNCONFIRMED, VALID, ErrorModel
 from app.sensing.simulated import FAR, SimulatedSkin
+from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
 IDEAL = ErrorModel(ideal=True)
@@ -112,6 +113,55 @@ def test_the_skin_sees_the_robots_own_links(robot, skin):
     labels = np.concatenate([eye.read(k, posture).label for k in range(skin.count)])
     assert (labels == robot.link_index("upper_arm_link")).sum() > 50
     assert (labels == -1).sum() == 0  # an empty world
+
+
+def one_by_one(robot, skin, world, k, posture):
+    """Depth and label (64, 9) of the sub-rays of sensor k, all of them cast at every body."""
+    link, sensor = skin.link[k], skin.sensors[k]
+    offset = np.arange(-1, 2) / 3.0
+    row, column, dr, dc = np.meshgrid(np.arange(8), np.arange(8), offset, offset, indexing="ij")
+    d = zone_directions(sensor, (row + dr).ravel(), (column + dc).ravel())
+    d = d / np.linalg.norm(d, axis=1, keepdims=True) @ sensor.T_link_sensor[:3, :3].T
+    cosine, R = d @ skin.axis[k], posture.T_base_link[link, :3, :3]
+    d, o = d @ R.T, R @ skin.origin[k] + posture.T_base_link[link, :3, 3]
+    bodies = [
+        (i, T, m) for i, (T, m) in enumerate(zip(posture.T_base_link, robot.rigid, strict=True))
+    ]
+    shapes = world.shapes().values()
+    bodies += [(-1, p.T_base_body, s.hit) for p, s in zip(world.poses(), shapes, strict=True)]
+    length, label = np.full(len(d), 4.0), np.full(len(d), -2)
+    for i, T, mesh in bodies:
+        at = np.tile((o - T[:3, 3]) @ T[:3, :3], (len(d), 1)).astype(np.float32)
+        t = mesh.cast(at, (d @ T[:3, :3]).astype(np.float32))
+        label[t < length] = i
+        length = np.minimum(t, length)
+    depth = np.where(label == -2, np.inf, length * cosine)
+    return depth.reshape(64, 9), label.reshape(64, 9)
+
+
+def test_what_is_left_out_of_a_cast_or_joined_for_it_changes_no_reading(robot, skin):
+    scene = load_scene(find_scene("cell"))
+    world, rng = World(scene.bodies), np.random.default_rng(8)
+    world.add("", {"kind": "sphere", "radius_m": 0.2}, (0.5, 0.3, 0.5))
+    eye = SimulatedSkin(robot, skin, world, 0, IDEAL)
+    compared = unlike = 0
+    for _ in range(6):
+        world.step(rng.uniform(0.0, 20.0))
+        posture = robot.posture(robot.home + rng.uniform(-1.5, 1.5, robot.n))
+        for k in range(0, skin.count, 2):
+            depth, label = one_by_one(robot, skin, world, k, posture)
+            least = depth.min(axis=1, keepdims=True)
+            pulse = depth <= least + np.maximum(0.05, 0.1 * least)
+            mean = np.where(
+                np.isfinite(least[:, 0]), np.where(pulse, depth, 0.0).sum(axis=1), np.inf
+            )
+            mean /= pulse.sum(axis=1)
+            got = eye.read(k, posture)
+            nearest = np.take_along_axis(label, depth.argmin(axis=1)[:, None], axis=1)[:, 0]
+            alike = np.isclose(got.depth, mean, atol=1e-5, rtol=0.0) & (got.label == nearest)
+            compared, unlike = compared + alike.size, unlike + np.sum(~alike)
+    assert compared == 6 * 15 * 64
+    assert unlike < 1e-3 * compared  # rays that graze an edge
 
 
 def test_a_range_beyond_four_metres_is_never_reported(robot, ahead):

@@ -47,7 +47,8 @@ class Streams(NamedTuple):
         )
 
 
-NOTHING = Draws(*(np.zeros(SLOTS) for _ in range(3)), np.zeros((2, SLOTS)), np.zeros(SLOTS))
+_ZERO = np.zeros(SLOTS)
+NOTHING = Draws(_ZERO, _ZERO, _ZERO, np.zeros((2, SLOTS)), _ZERO)  # where nothing is random
 
 
 def sensor_streams(seed: int, sensor: int) -> Streams:

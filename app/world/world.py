@@ -1,7 +1,7 @@
 """What is really there, in simulation. Sensors, the page and the metrics look at it; no one else.
 
 Every body is rigid: its mesh is made ready for rays once, in its own frame, and then the rays
-are moved. A body whose bounding sphere no ray of a sensor can reach is left out of a cast.
+are moved. What nobody can move is one mesh in the base frame, made once.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -10,19 +10,17 @@ from itertools import count
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.assets import asset_folder
 from app.errors import WorldError, options
 from app.messages import Array, BodyPose, BodyView, CropBox, freeze
-from app.raycast import MISS, to_body
+from app.raycast import Beams, Hits, RigidMesh, Solids
 from app.world.motion import Motion, Still
-from app.world.reach import reached
 from app.world.shapes import Shape, make_shape
 from app.world.tables import transform, vector
 
 Colour = tuple[int, int, int]
-Cone = tuple[Array, Array, float, float]  # apex, unit axis, half angle, far: see World.cast
+WORLD = -1  # label of a ray that ends on a body
 PALETTE: tuple[Colour, ...] = (  # of added bodies; the muted set of P. Tol's colour schemes
     (204, 102, 119), (51, 136, 170), (221, 204, 119), (17, 119, 51),
     (136, 204, 238), (136, 34, 85), (68, 170, 153), (153, 153, 51),
@@ -47,12 +45,13 @@ class World:
         self.crops: tuple[CropBox, ...] = tuple(crops)
         self._bodies: dict[str, Body] = {}
         self._views: dict[str, BodyView] = {}
-        self._t = 0.0
+        self.time = 0.0  # [s] since the beginning
         self._added = 0
         for body in bodies:
             if body.name in self._bodies:
                 raise WorldError(f"two bodies are called {body.name!r}; rename one")
             self._put(body)
+        self._cell = _merged([b for b in self._bodies.values() if _fixed(b)])
         self._arrange()
 
     # --- changing it ----------------------------------------------------------------------
@@ -87,39 +86,34 @@ class World:
         self._arrange()
 
     def step(self, t: float) -> None:
-        """Let every body be where its script has it at `t` [s]."""
-        self._t = t
-        poses = np.array([b.motion.pose(t) for b in self._bodies.values()])
-        self._T = freeze(poses.reshape(-1, 4, 4))
-        self._centres = np.einsum("nij,nj->ni", self._T, self._centres_body)[:, :3]
+        """Let every body be where its script has it at `t` [s]; worked out when first asked for."""
+        self.time = t
+        self._behind = True
 
     # --- looking at it --------------------------------------------------------------------
 
     def poses(self) -> tuple[BodyPose, ...]:
         """Every body with its pose; a view stays the same object while the looks do."""
-        return tuple(map(BodyPose, self._views.values(), self._T))
+        return tuple(map(BodyPose, self._views.values(), freeze(self._poses()[:-1].copy())))
 
     def shapes(self) -> dict[str, Shape]:
         """The shape of every body by name, in the order of `poses`."""
         return {name: body.shape for name, body in self._bodies.items()}
 
-    def cast(self, origins_base: Array, directions_base: Array, cone: Cone) -> NDArray[np.float32]:
-        """First hits (n,) [m] along unit directions (n, 3) from origins (n, 3), base frame.
-
-        cone: apex (3,) [m] and unit axis (3,) in the base frame, half angle [rad, below pi/2]
-            and `far` [m]. Every ray begins and runs within the half angle of the axis, as
-            seen from the apex, and is followed for `far` from its own origin.
-        `MISS` (+inf) where nothing is hit.
-        """
-        nearest = np.full(len(origins_base), MISS, dtype=np.float32)
-        within = reached(origins_base, *cone, self._centres, self._radii)
-        for i in within.nonzero()[0].tolist():
-            o, d = to_body(self._T[i], origins_base, directions_base)
-            np.minimum(nearest, self._hits[i].cast(o, d), out=nearest)
-        nearest[nearest > cone[3]] = MISS
-        return nearest
+    def end(self, beams: Beams, hits: Hits) -> None:
+        """End rays where they first hit a body; those get the label WORLD."""
+        blind = np.zeros((len(beams.origin), len(self._hit)), dtype=np.bool_)
+        self._solids.end(self._poses()[self._hit], beams, blind, hits)
 
     # --- inside ---------------------------------------------------------------------------
+
+    def _poses(self) -> Array:
+        """(n + 1, 4, 4) of all bodies in their order, and of the cell in the base frame."""
+        if self._behind:
+            for i, motion in self._moving:
+                self._T[i] = motion.pose(self.time)
+            self._behind = False
+        return self._T
 
     def _put(self, body: Body) -> None:
         self._bodies[body.name] = body
@@ -129,11 +123,18 @@ class World:
         )
 
     def _arrange(self) -> None:
-        """Line up what a cast needs, after the bodies have changed."""
-        self._hits = [b.shape.hit for b in self._bodies.values()]
-        self._radii = np.array([hit.radius for hit in self._hits]) * (1 + 1e-6)  # float32 meshes
-        self._centres_body = np.array([[*hit.centre, 1.0] for hit in self._hits]).reshape(-1, 4)
-        self.step(self._t)
+        """Line up what poses and casts need, after the bodies have changed."""
+        bodies = list(self._bodies.values())
+        self._T = np.array([*(b.motion.pose(self.time) for b in bodies), np.eye(4)])
+        self._moving = [(i, b.motion) for i, b in enumerate(bodies) if not _stands(b)]
+        self._behind = False
+        hit = [i for i, b in enumerate(bodies) if not _fixed(b)]
+        meshes = [bodies[i].shape.hit for i in hit]
+        if self._cell is not None:
+            hit.append(len(bodies))
+            meshes.append(self._cell)
+        self._hit = np.array(hit, dtype=np.int64)
+        self._solids = Solids(meshes, np.full(len(hit), WORLD, dtype=np.int16))
 
     def _numbered(self, stem: str) -> str:
         return next(n for k in count(1) if (n := f"{stem} {k}") not in self._bodies)
@@ -146,3 +147,23 @@ class World:
             why = "is scripted or part of the static cell"
             raise WorldError(f"body {name!r} {why} and cannot be {done}; {options(name, names)}")
         return self._bodies[name]
+
+
+def _stands(body: Body) -> bool:
+    return isinstance(body.motion, Still)
+
+
+def _fixed(body: Body) -> bool:
+    """Will it stand where it is for ever?"""
+    return _stands(body) and not body.movable
+
+
+def _merged(bodies: Sequence[Body]) -> RigidMesh | None:
+    """All that stands still for ever as one mesh in the base frame, so that one cast meets it."""
+    vertices, faces, count = [], [], 0
+    for body in bodies:
+        T, v = body.motion.pose(0.0), body.shape.vertices
+        vertices.append(v @ T[:3, :3].T + T[:3, 3])
+        faces.append(body.shape.faces + count)
+        count += len(v)
+    return RigidMesh(np.concatenate(vertices), np.concatenate(faces)) if bodies else None
