@@ -5,7 +5,8 @@ import pytest
 
 from app.robot.skin import Sensor, build_skin, zone_directions
 from app.sensing.error_model import FIRST, MERGED, NO_TARGET, UNCONFIRMED, VALID, ErrorModel
-from app.sensing.simulated import FAR, SimulatedSkin
+from app.sensing.sight import FAR
+from app.sensing.simulated import SimulatedSkin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 

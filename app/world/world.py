@@ -4,13 +4,14 @@ Every body is rigid: its mesh is made ready for rays once, in its own frame, and
 are moved. What nobody can move is one mesh in the base frame, made once.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
 
 import numpy as np
 
+from app.actions import AddObstacle, MoveObstacle, RemoveObstacle
 from app.assets import asset_folder
 from app.errors import WorldError, options
 from app.messages import Array, BodyPose, BodyView, CropBox, freeze
@@ -20,6 +21,7 @@ from app.world.shapes import Shape, make_shape
 from app.world.tables import transform, vector
 
 Colour = tuple[int, int, int]
+Edit = AddObstacle | MoveObstacle | RemoveObstacle
 WORLD = -1  # label of a ray that ends on a body
 PALETTE: tuple[Colour, ...] = (  # of added bodies; the muted set of P. Tol's colour schemes
     (204, 102, 119), (51, 136, 170), (221, 204, 119), (17, 119, 51),
@@ -47,6 +49,7 @@ class World:
         self._views: dict[str, BodyView] = {}
         self.time = 0.0  # [s] since the beginning
         self._added = 0
+        self._followers: list[Callable[[Edit], None]] = []
         for body in bodies:
             if body.name in self._bodies:
                 raise WorldError(f"two bodies are called {body.name!r}; rename one")
@@ -54,7 +57,24 @@ class World:
         self._cell = _merged([b for b in self._bodies.values() if _fixed(b)])
         self._arrange()
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_followers": []}  # a copy has its own
+
     # --- changing it ----------------------------------------------------------------------
+
+    def follow(self, told: Callable[[Edit], None]) -> None:
+        """Have `told` called with every edit from now on; made of a copy, it keeps step."""
+        self._followers.append(told)
+
+    def edit(self, action: Edit) -> None:
+        """Do what a person asked for, or what was done to the world that this one follows."""
+        match action:
+            case AddObstacle(name=name, shape=shape, position=position):
+                self.add(name, shape, position)
+            case MoveObstacle(name=name, T_base_body=T):
+                self.move(name, T)
+            case RemoveObstacle(name=name):
+                self.remove(name)
 
     def add(self, name: str, shape: Mapping[str, Any], position: Sequence[float]) -> str:
         """Put a movable body at `position` (3,) [m], base frame; returns its unique name.
@@ -63,11 +83,13 @@ class World:
         """
         where = f"new body {name!r}" if name else "new body"
         made = make_shape(shape, asset_folder("static_assets"), where)
-        T = transform(vector({"position": list(position)}, "position", where), np.zeros(3))
+        place = vector({"position": list(position)}, "position", where)
+        T = transform(place, np.zeros(3))
         unique = name if name and name not in self._bodies else self._numbered(name or made.kind)
         self._put(Body(unique, made, PALETTE[self._added % len(PALETTE)], Still(freeze(T))))
         self._added += 1
-        self._arrange()
+        x, y, z = place.tolist()
+        self._arrange(AddObstacle(unique, dict(shape), (x, y, z)))
         return unique
 
     def move(self, name: str, T_base_body: Array) -> None:
@@ -77,13 +99,13 @@ class World:
         if T.shape != (4, 4) or not np.isfinite(T).all():
             raise WorldError(f"body {name!r} cannot go there; give a finite 4x4 pose")
         self._bodies[name] = replace(body, motion=Still(freeze(T)))
-        self._arrange()
+        self._arrange(MoveObstacle(name, T))
 
     def remove(self, name: str) -> None:
         """Take a body out."""
         self._movable(name, "removed")
         del self._bodies[name], self._views[name]
-        self._arrange()
+        self._arrange(RemoveObstacle(name))
 
     def step(self, t: float) -> None:
         """Let every body be where its script has it at `t` [s]; worked out when first asked for."""
@@ -122,8 +144,8 @@ class World:
             body.name, shape.vertices, shape.faces, body.colour, body.movable
         )
 
-    def _arrange(self) -> None:
-        """Line up what poses and casts need, after the bodies have changed."""
+    def _arrange(self, edit: Edit | None = None) -> None:
+        """Line up what poses and casts need, after the bodies have changed, and tell of it."""
         bodies = list(self._bodies.values())
         self._T = np.array([*(b.motion.pose(self.time) for b in bodies), np.eye(4)])
         self._moving = [(i, b.motion) for i, b in enumerate(bodies) if not _stands(b)]
@@ -135,6 +157,9 @@ class World:
             meshes.append(self._cell)
         self._hit = np.array(hit, dtype=np.int64)
         self._solids = Solids(meshes, np.full(len(hit), WORLD, dtype=np.int16))
+        if edit is not None:
+            for told in self._followers:
+                told(edit)
 
     def _numbered(self, stem: str) -> str:
         return next(n for k in count(1) if (n := f"{stem} {k}") not in self._bodies)
