@@ -3,7 +3,14 @@
 A rigid body's tree is built once, in the body's own frame; it is the rays that are moved.
 Embree computes in float32, about 1e-6 m at arm's length. Never transform a mesh that backs
 a scene: the scene would go on answering for the old shape without a word (trimesh#2324).
+
+A cast costs about as much a ray as ten tests whether the ray enters the mesh's box, and gives
+the interpreter's lock away. So rays of many sensors go together, and only those whose answer
+the mesh may change are cast.
 """
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
 
 import numpy as np
 from embreex import rtcore, rtcore_scene
@@ -14,25 +21,54 @@ from app.compiled import compiled
 from app.messages import Array
 
 MISS = np.float32(np.inf)
+SLACK = 1e-5  # [m], and share of a body's size: how far rounding to float32 may move a hit
 _DEVICE = rtcore.EmbreeDevice()  # one for all: with a thousand of its own the process crashed
 
 
+class Beams(NamedTuple):
+    """Rays of m sensors, base frame; those of one sensor begin at one point.
+
+    origin: (m, 3) [m].   axis: (m, 3) unit.   half_angle: [rad] of the cone round the axis that
+            holds all rays of a sensor.
+    first:  (m + 1,) int64: rays first[b] to first[b + 1] are those of sensor b.
+    direction: (n, 3) unit.
+    """
+
+    origin: Array
+    axis: Array
+    half_angle: float
+    first: NDArray[np.int64]
+    direction: Array
+
+
+class Hits(NamedTuple):
+    """Where n rays end: length (n,) [m], and label (n,) of what is there."""
+
+    length: NDArray[np.float32]
+    label: NDArray[np.int16]
+
+
 class RigidMesh:
-    """A mesh ready to be hit: vertices (V, 3) [m] and faces (F, 3), both in the body frame."""
+    """A mesh ready to be hit: vertices (V, 3) [m] and faces (F, 3), both in the body frame.
+
+    The tree is built by the first cast. What is pickled is the mesh alone.
+    """
 
     def __init__(self, vertices: Array, faces: NDArray[np.int64]) -> None:
         if len(faces) == 0:
             raise ValueError("a mesh without faces cannot be hit; leave the body out instead")
-        self._scene = rtcore_scene.EmbreeScene(_DEVICE)
-        self._mesh = TriangleMesh(
-            self._scene,
-            np.ascontiguousarray(vertices, dtype=np.float32),
-            np.ascontiguousarray(faces, dtype=np.int32),
-        )
+        self.vertices, self.faces = vertices, faces
+        self._scene: rtcore_scene.EmbreeScene | None = None
         # the smallest sphere is not needed; one around the box's centre culls well enough
         used = vertices[np.unique(faces)]
-        self.centre: Array = (used.min(axis=0) + used.max(axis=0)) / 2.0
+        low, high = used.min(axis=0), used.max(axis=0)
+        self.centre: Array = (low + high) / 2.0
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
+        slack = SLACK * (1.0 + np.abs(used).max())
+        self.box: Array = np.array([low - slack, high + slack])
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return RigidMesh, (self.vertices, self.faces)
 
     def cast(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32]
@@ -43,23 +79,153 @@ class RigidMesh:
         """
         if len(origins) == 0:
             return np.empty(0, dtype=np.float32)
+        if self._scene is None:
+            self._scene = rtcore_scene.EmbreeScene(_DEVICE)
+            self._mesh = TriangleMesh(
+                self._scene,
+                np.ascontiguousarray(self.vertices, dtype=np.float32),
+                np.ascontiguousarray(self.faces, dtype=np.int32),
+            )
         t: NDArray[np.float32] = self._scene.run(origins, directions, query="DISTANCE")
         t[t >= 1e30] = MISS
         return t
 
 
+class Solids:
+    """Meshes that rays end on, with the label (B,) that each of them leaves."""
+
+    def __init__(self, meshes: Sequence[RigidMesh], label: NDArray[np.int16]) -> None:
+        self._meshes = tuple(meshes)
+        self._shape = _Shapes(
+            np.array([m.box for m in meshes]).reshape(-1, 2, 3),
+            np.array([m.centre for m in meshes]).reshape(-1, 3),
+            np.array([m.radius for m in meshes]),
+            label,
+        )
+
+    def end(self, T_base_body: Array, beams: Beams, blind: NDArray[np.bool_], hits: Hits) -> None:
+        """End rays where they first hit a mesh posed at T_base_body (B, 4, 4).
+
+        blind: (m, B) bodies that the rays of a sensor do not see.
+        """
+        ray, at, way, last = _entering(self._shape, T_base_body, beams, blind, hits.length)
+        t, first = np.empty(len(ray), dtype=np.float32), 0
+        for mesh, end in zip(self._meshes, last.tolist(), strict=True):
+            if end > first:
+                t[first:end] = mesh.cast(at[first:end], way[first:end])
+            first = end
+        _ended(t, ray, last, self._shape.label, hits)
+
+
+class _Shapes(NamedTuple):
+    """What is known of B meshes in their frames: box (B, 2, 3), sphere and label."""
+
+    box: Array
+    centre: Array
+    radius: Array
+    label: NDArray[np.int16]
+
+
 @compiled
-def to_body(
-    T_base_body: Array, points: Array, directions: Array
-) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
-    """Base-frame points (n, 3) and directions (n, 3) in the frame of a posed body, float32."""
+def _entering(
+    shapes: _Shapes,
+    T_base_body: Array,
+    beams: Beams,
+    blind: NDArray[np.bool_],
+    length: NDArray[np.float32],
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:
+    """Rays that enter a body's box before they end, body by body, and those rays in its frame.
+
+    The fourth, (B,), is where the rays of each body end in the other three.
+    """
+    bodies, room = len(shapes.radius), len(beams.direction)
+    ray = np.empty(room, dtype=np.int64)
+    at, way = np.empty((room, 3), dtype=np.float32), np.empty((room, 3), dtype=np.float32)
+    last = np.empty(bodies, dtype=np.int64)
+    origin, axis, d = np.empty(3), np.empty(3), np.empty(3)
+    found = 0
+    for i in range(bodies):
+        T, box = T_base_body[i], shapes.box[i]
+        for b in range(len(beams.origin)):
+            if blind[b, i]:
+                continue
+            _into(T, beams.origin[b] - T[:3, 3], origin)
+            _into(T, beams.axis[b], axis)
+            if not _in_cone(shapes.centre[i] - origin, shapes.radius[i], axis, beams.half_angle):
+                continue
+            begin, end = beams.first[b], beams.first[b + 1]
+            if found + end - begin > len(ray):
+                room = 2 * len(ray)
+                ray, at, way = _longer(ray, at, way)
+            for n in range(begin, end):
+                _into(T, beams.direction[n], d)
+                if _enters(box, origin, d, length[n]):
+                    ray[found] = n
+                    for j in range(3):
+                        at[found, j], way[found, j] = origin[j], d[j]
+                    found += 1
+        last[i] = found
+    return ray[:found], at[:found], way[:found], last
+
+
+@compiled
+def _into(T_base_body: Array, v: Array, out: Array) -> None:
+    """A vector (3,) of the base frame in the axes of a body."""
     T = T_base_body
-    at, way = np.empty(points.shape, np.float32), np.empty(points.shape, np.float32)
-    for n in range(len(points)):
-        x, y, z = points[n, 0] - T[0, 3], points[n, 1] - T[1, 3], points[n, 2] - T[2, 3]
-        for i in range(3):
-            at[n, i] = T[0, i] * x + T[1, i] * y + T[2, i] * z
-            way[n, i] = (
-                T[0, i] * directions[n, 0] + T[1, i] * directions[n, 1] + T[2, i] * directions[n, 2]
-            )
-    return at, way
+    for j in range(3):
+        out[j] = T[0, j] * v[0] + T[1, j] * v[1] + T[2, j] * v[2]
+
+
+@compiled
+def _longer(
+    ray: NDArray[np.int64], at: NDArray[np.float32], way: NDArray[np.float32]
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
+    return (
+        np.concatenate((ray, np.empty_like(ray))),
+        np.concatenate((at, np.empty_like(at))),
+        np.concatenate((way, np.empty_like(way))),
+    )
+
+
+@compiled
+def _in_cone(centre: Array, radius: float, axis: Array, half_angle: float) -> bool:
+    """May a sphere reach into the cone round `axis` from the origin?
+
+    The distance to the plane that touches the cone beside the sphere is a lower bound of the
+    distance to the cone.
+    """
+    along, square = 0.0, 0.0
+    for i in range(3):
+        along += centre[i] * axis[i]
+        square += centre[i] * centre[i]
+    aside = np.sqrt(max(square - along * along, 0.0))
+    beside = aside * np.cos(half_angle) - along * np.sin(half_angle)
+    return beside <= radius * (1.0 + SLACK) + SLACK and along >= -radius * (1.0 + SLACK) - SLACK
+
+
+@compiled
+def _enters(box: Array, origin: Array, direction: Array, length: float) -> bool:
+    """Is a ray of `length` in the box (2, 3) before it ends? By the slabs between its faces."""
+    near, far = 0.0, length + SLACK
+    for i in range(3):
+        per_metre = 1.0 / (direction[i] if abs(direction[i]) > 1e-30 else 1e-30)
+        a, b = (box[0, i] - origin[i]) * per_metre, (box[1, i] - origin[i]) * per_metre
+        near, far = max(near, min(a, b)), min(far, max(a, b))
+    return near <= far
+
+
+@compiled
+def _ended(
+    t: NDArray[np.float32],
+    ray: NDArray[np.int64],
+    last: NDArray[np.int64],
+    label: NDArray[np.int16],
+    hits: Hits,
+) -> None:
+    """End the rays whose cast `t` is the shorter one; arguments as `_entering` returns them."""
+    first = 0
+    for i in range(len(last)):
+        for j in range(first, last[i]):
+            if t[j] < hits.length[ray[j]]:
+                hits.length[ray[j]], hits.label[ray[j]] = t[j], label[i]
+        first = last[i]

@@ -3,6 +3,7 @@
 import numpy as np
 
 from app.messages import Cloud, SensorFrame, Verdict
+from app.raycast import MISS, Beams, Hits
 
 
 def cloud_of(points, verdict=None):
@@ -29,3 +30,13 @@ def frame(sensor=0, stamp=0.0, distance=1.0, status=5, targets=1, sequence=0):
         np.array(np.broadcast_to(status, 64), dtype=np.uint8),
         np.array(np.broadcast_to(targets, 64), dtype=np.uint8),
     )
+
+
+def first_hits(world, origins, directions):
+    """Ray lengths (n,) [m] to the bodies of a world, every ray (n, 3) for itself; inf: nothing."""
+    n = len(origins)
+    hits = Hits(np.full(n, MISS), np.full(n, -2, dtype=np.int16))
+    first = np.arange(n + 1, dtype=np.int64)
+    world.end(Beams(origins, directions, 0.0, first, directions), hits)
+    assert np.array_equal(hits.label == -1, np.isfinite(hits.length))
+    return hits.length

@@ -12,9 +12,13 @@ from app.errors import RobotError
 from app.robot.descriptions import find_description
 from app.robot.meshes import Bodies
 from app.robot.model import find_robot, load_robot, load_urdf
+from app.robot.skin import Sensor, build_skin
 from app.robot.tables import Choice
+from app.sensing.error_model import ErrorModel
+from app.sensing.simulated import SimulatedSkin
 from app.studies.headless import run
 from app.wiring import Setup, build_engine
+from app.world.world import World
 
 SIZE = (0.08, 0.10, 0.30)  # [m] of every link's box, standing on its frame
 JOINTS = {  # of the crane below: type, axis, limit
@@ -270,3 +274,14 @@ def test_the_built_in_robot_is_never_changed_by_a_choice():
     flange = load_robot(find_robot("ur10e"), Choice(tool="flange"))
     assert (plain.tool_frame, flange.tool_frame) == ("tool0", "flange")
     assert plain.links == flange.links
+
+
+def test_a_sensor_sees_what_is_bolted_to_its_link_where_it_is(crane):
+    robot = load_urdf(crane)
+    T = np.eye(4)
+    T[:3, :3] = np.array([[0, 0, -1], [1, 0, 0], [0, -1, 0]])  # z: back to the link's axis
+    T[:3, 3] = [0.5, 0.0, 0.45]  # before the middle of the plate, which stands on the lift
+    skin = build_skin("back", (Sensor("back", "lift_link", T, 8, 0, False),), robot)
+    eye = SimulatedSkin(robot, skin, World(()), 0, ErrorModel(ideal=True))
+    label = eye.read(0, robot.posture(robot.home)).label.reshape(8, 8)
+    assert (label[3:5, 3:5] == robot.link_index("plate_link")).all()

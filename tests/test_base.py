@@ -11,7 +11,7 @@ from app.assets import asset_folder, find_asset
 from app.config import Params, change, load_params, tunables
 from app.errors import ConfigError, options
 from app.messages import freeze
-from app.raycast import RigidMesh, to_body
+from app.raycast import MISS, Beams, Hits, RigidMesh, Solids
 from app.timing import Latest, ManualClock, Stopwatch, Ticker
 
 
@@ -108,4 +108,8 @@ def test_rays_hit_a_moved_triangle_where_it_is(angle, y, z):
     T[:2, :2], T[:3, 3] = [[c, -s], [s, c]], [c * 2.0, s * 2.0, 0.0]
     origin = np.array([[-s * y, c * y, z]])  # beside the axis, in the plane through the base
     direction = np.array([[c, s, 0.0]])
-    assert mesh.cast(*to_body(T, origin, direction))[0] == pytest.approx(2.0, abs=1e-5)
+    hits = Hits(np.full(1, MISS), np.full(1, -2, dtype=np.int16))
+    solids = Solids([mesh], np.array([7], dtype=np.int16))
+    beams = Beams(origin, direction, 0.0, np.array([0, 1]), direction)
+    solids.end(T[None], beams, np.zeros((1, 1), dtype=bool), hits)
+    assert hits.length[0] == pytest.approx(2.0, abs=1e-5) and hits.label[0] == 7

@@ -15,7 +15,8 @@ from app.config import Params
 from app.messages import Mode, SensorHealth
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
-from app.sensing.simulated import LATENCY, SimulatedSkin
+from app.sensing.schedule import LATENCY
+from app.sensing.simulated import SimulatedSkin
 from app.timing import ManualClock
 from app.wiring import assemble
 from app.world.world import World

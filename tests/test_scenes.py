@@ -14,6 +14,7 @@ from app.robot.posture import Posture
 from app.studies.truth import TrueDistance
 from app.world.scene import PRESETS, Scene, find_scene, load_scene
 from app.world.world import World
+from tests.fakes import first_hits
 
 SHIPPED = sorted(p.stem for p in (asset_folder("static_assets") / "scenes").glob("*.toml"))
 FOREARM, WRIST_3 = 3, 6
@@ -55,7 +56,7 @@ def test_the_front_plate_stands_040_ahead_of_the_tool_and_before_the_goal(robot)
     scene, world, posture, _ = begun("front-panel", robot)
     tool, goal = posture.T_base_tool[:3, 3], scene.goal.T_base_tool[:3, 3]
     o, d = tool[None], np.array([[1.0, 0.0, 0.0]])
-    ahead = float(world.cast(o, d, (tool, d[0], 0.1, 4.0))[0])
+    ahead = float(first_hits(world, o, d)[0])
     assert ahead == pytest.approx(0.40, abs=2e-3)
     assert goal - tool == pytest.approx([ahead + 0.05, 0.0, 0.0], abs=2e-3)
     forearm = -posture.T_base_link[FOREARM, :3, 0]

@@ -3,9 +3,11 @@
 import numpy as np
 import pytest
 
-from app.robot.skin import Sensor, build_skin
+from app.robot.skin import Sensor, build_skin, zone_directions
 from app.sensing.error_model import FIRST, MERGED, NO_TARGET, UNCONFIRMED, VALID, ErrorModel
-from app.sensing.simulated import FAR, SimulatedSkin
+from app.sensing.sight import FAR
+from app.sensing.simulated import SimulatedSkin
+from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
 IDEAL = ErrorModel(ideal=True)
@@ -114,6 +116,55 @@ def test_the_skin_sees_the_robots_own_links(robot, skin):
     assert (labels == -1).sum() == 0  # an empty world
 
 
+def one_by_one(robot, skin, world, k, posture):
+    """Depth and label (64, 9) of the sub-rays of sensor k, all of them cast at every body."""
+    link, sensor = skin.link[k], skin.sensors[k]
+    offset = np.arange(-1, 2) / 3.0
+    row, column, dr, dc = np.meshgrid(np.arange(8), np.arange(8), offset, offset, indexing="ij")
+    d = zone_directions(sensor, (row + dr).ravel(), (column + dc).ravel())
+    d = d / np.linalg.norm(d, axis=1, keepdims=True) @ sensor.T_link_sensor[:3, :3].T
+    cosine, R = d @ skin.axis[k], posture.T_base_link[link, :3, :3]
+    d, o = d @ R.T, R @ skin.origin[k] + posture.T_base_link[link, :3, 3]
+    bodies = [
+        (i, T, m) for i, (T, m) in enumerate(zip(posture.T_base_link, robot.rigid, strict=True))
+    ]
+    shapes = world.shapes().values()
+    bodies += [(-1, p.T_base_body, s.hit) for p, s in zip(world.poses(), shapes, strict=True)]
+    length, label = np.full(len(d), 4.0), np.full(len(d), -2)
+    for i, T, mesh in bodies:
+        at = np.tile((o - T[:3, 3]) @ T[:3, :3], (len(d), 1)).astype(np.float32)
+        t = mesh.cast(at, (d @ T[:3, :3]).astype(np.float32))
+        label[t < length] = i
+        length = np.minimum(t, length)
+    depth = np.where(label == -2, np.inf, length * cosine)
+    return depth.reshape(64, 9), label.reshape(64, 9)
+
+
+def test_what_is_left_out_of_a_cast_or_joined_for_it_changes_no_reading(robot, skin):
+    scene = load_scene(find_scene("cell"))
+    world, rng = World(scene.bodies), np.random.default_rng(8)
+    world.add("", {"kind": "sphere", "radius_m": 0.2}, (0.5, 0.3, 0.5))
+    eye = SimulatedSkin(robot, skin, world, 0, IDEAL)
+    compared = unlike = 0
+    for _ in range(6):
+        world.step(rng.uniform(0.0, 20.0))
+        posture = robot.posture(robot.home + rng.uniform(-1.5, 1.5, robot.n))
+        for k in range(0, skin.count, 2):
+            depth, label = one_by_one(robot, skin, world, k, posture)
+            least = depth.min(axis=1, keepdims=True)
+            pulse = depth <= least + np.maximum(0.05, 0.1 * least)
+            mean = np.where(
+                np.isfinite(least[:, 0]), np.where(pulse, depth, 0.0).sum(axis=1), np.inf
+            )
+            mean /= pulse.sum(axis=1)
+            got = eye.read(k, posture)
+            nearest = np.take_along_axis(label, depth.argmin(axis=1)[:, None], axis=1)[:, 0]
+            alike = np.isclose(got.depth, mean, atol=1e-5, rtol=0.0) & (got.label == nearest)
+            compared, unlike = compared + alike.size, unlike + np.sum(~alike)
+    assert compared == 6 * 15 * 64
+    assert unlike < 1e-3 * compared  # rays that graze an edge
+
+
 def test_a_range_beyond_four_metres_is_never_reported(robot, ahead):
     _, frame = frames_of(ahead, wall_at(robot, 3.9), robot, 0.2)[0]
     assert (frame.distance[frame.targets > 0] <= FAR).all() and (frame.targets > 0).any()
@@ -135,3 +186,65 @@ def test_after_a_stall_a_sensor_sends_one_frame_not_a_burst(robot, ahead):
     eye.poll(0.0, posture)
     assert len(eye.poll(1.0, posture)) == 1
     assert len(eye.poll(1.004, posture)) == 0
+
+
+def told(eye, robot, seconds, mute=lambda t: set()):
+    """Every frame of a skin at the home posture by sensor and number, as bytes."""
+    posture = robot.posture(robot.home)
+    out = {}
+    for t in np.arange(0.0, seconds, 0.004):
+        eye.muted = mute(t)
+        for f in eye.poll(t, posture):
+            what = (f.distance.tobytes(), f.status.tobytes(), f.targets.tobytes())
+            out[f.sensor, f.sequence] = (f.stamp, *what)
+    return out
+
+
+def cluttered(robot):
+    world = World(())
+    for i, place in enumerate(np.random.default_rng(3).uniform(-0.8, 0.8, (8, 3))):
+        world.add(f"ball {i}", {"kind": "sphere", "radius_m": 0.15}, tuple(place))
+    return world
+
+
+def test_muting_a_sensor_for_a_while_changes_no_frame_of_the_others(robot, skin):
+    def run(mute):
+        eye = SimulatedSkin(robot, skin, cluttered(robot), 4, ErrorModel(ghosts=0.05))
+        return told(eye, robot, 0.8, mute)
+
+    all_speak, one_rests = (
+        run(lambda t: set()),
+        run(lambda t: {11} if 0.2 < t < 0.5 else set()),
+    )
+    others = {key: said for key, said in all_speak.items() if key[0] != 11}
+    assert len(others) > 250
+    assert others == {key: said for key, said in one_rests.items() if key[0] != 11}
+    assert len(one_rests) < len(all_speak)
+
+
+def reported(robot, ahead, **changes):
+    """Distance and status (n, 64) that one sensor reports of a wall at a metre."""
+    found = [f for _, f in frames_of(ahead, wall_at(robot, 1.0), robot, 4.0, 1,
+                                     ErrorModel(**changes))]  # fmt: skip
+    return (np.array([getattr(f, name) for f in found]) for name in ("distance", "status"))
+
+
+def test_strays_that_are_switched_off_leave_all_other_zones_as_they_were(robot, ahead):
+    (with_it, _), (without, _) = reported(robot, ahead, ghosts=0.1), reported(robot, ahead)
+    assert np.mean(with_it == without) == pytest.approx(0.9, abs=0.02)
+
+
+def test_statuses_that_are_switched_off_leave_every_distance_as_it_was(robot, ahead):
+    with_it, status = reported(robot, ahead)
+    without, plain = reported(robot, ahead, bad_4=0.0, bad_2=0.0)
+    assert (with_it == without).all()
+    assert np.mean(status != plain) == pytest.approx(0.06, abs=0.01)
+
+
+def test_a_bias_that_is_switched_off_leaves_the_noise_as_it_was(robot, ahead):
+    with_it, status = reported(robot, ahead)
+    without, plain = reported(robot, ahead, zone_bias=0.0)
+    assert (status == plain).all()
+    factor = with_it / without  # but for the rounding to millimetres one of its own in every zone
+    assert np.std(factor, axis=0).max() < 1e-3
+    assert np.std(factor.mean(axis=0)) == pytest.approx(0.015, rel=0.3)

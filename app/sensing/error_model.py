@@ -7,6 +7,7 @@ from the datasheet (DS13754: white 88 % target 3.5 m in the dark and 1.1 m at 5 
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,9 +15,11 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import SLOTS, Array
 from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
+from app.sensing.streams import NOTHING, Draws, Streams
 
 VALID, MERGED, FIRST, UNCONFIRMED, NO_TARGET = 5, 9, 6, 10, 255
 MERGE_DEPTH = 0.6  # [m] two targets in a zone separate only beyond this
+MOST_BIAS = 0.04  # share of distance; no zone is wrong by more
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -33,6 +36,17 @@ class Reading:
     merged: NDArray[np.bool_]
     label: NDArray[np.int16]
     pure: NDArray[np.bool_]
+
+
+class Sizes(NamedTuple):
+    """What the kernel needs of an `ErrorModel`."""
+
+    near_offset: float
+    near_range: float
+    bad_4: float
+    bad_2: float
+    ghosts: float
+    ideal: bool
 
 
 @dataclass(frozen=True)
@@ -79,29 +93,29 @@ class ErrorModel:
         bias: Array,
         had_target: NDArray[np.bool_],
         first: bool,
-        random: np.random.Generator,
+        streams: Streams,
     ) -> tuple[Array, NDArray[np.uint8], NDArray[np.uint8]]:
         """Distance [m], status and number of targets, (64,) each, that a frame reports of `truth`.
 
         far: [m] nothing is seen beyond.   range_90: (64,) as of the method of this name.
         bias: (64,) share of the distance.   had_target: (64,) in the sensor's last frame; becomes
-        that of this one.   first: of the sensor's frames.
+        that of this one.   first: of the sensor's frames.   streams: the sensor's own.
         """
         distance = np.empty(SLOTS)
         status, targets = (np.empty(SLOTS, dtype=np.uint8) for _ in range(2))
-        # of each zone: found, bad, a ghost and where (if there may be one), and stale junk
-        chance = np.empty((0 if self.ideal else 5 if self.ghosts > 0.0 else 3, SLOTS))
-        noise = np.empty(SLOTS)
-        if not self.ideal:
-            random.random(out=chance[0])
-            random.standard_normal(out=noise)
-            random.random(out=chance[1:])
+        sizes = Sizes(
+            self.near_offset, self.near_range, self.bad_4, self.bad_2, self.ghosts, self.ideal
+        )
         _measure(
-            truth.depth, truth.merged, far, range_90, bias, had_target, first, chance, noise,
-            self.near_offset, self.near_range, self.bad_4, self.bad_2, self.ghosts,
-            distance, status, targets,
+            truth.depth, truth.merged, far, range_90, bias, had_target, first, sizes,
+            NOTHING if self.ideal else streams.draw(), distance, status, targets,
         )  # fmt: skip
         return distance, status, targets
+
+    def bias(self, streams: Streams) -> Array:
+        """(64,) share of the distance that each zone of a sensor is constantly wrong by."""
+        drawn = self.zone_bias * streams.bias.standard_normal(SLOTS)
+        return np.clip(drawn, -MOST_BIAS, MOST_BIAS)
 
 
 @compiled
@@ -113,13 +127,8 @@ def _measure(
     bias: Array,
     had_target: NDArray[np.bool_],
     first: bool,
-    chance: Array,
-    noise: Array,
-    near_offset: float,
-    near_range: float,
-    bad_4: float,
-    bad_2: float,
-    ghosts: float,
+    sizes: Sizes,
+    draws: Draws,
     distance: Array,
     status: NDArray[np.uint8],
     targets: NDArray[np.uint8],
@@ -128,22 +137,22 @@ def _measure(
         seen = depth[z] <= far
         d = depth[z] if seen else 1.0
         said = MERGED if merged[z] else VALID
-        if len(chance):
+        if not sizes.ideal:
             # detection is logistic, 90 % at `range_90` and steep as the datasheet's 8 %
             x = (d - range_90[z]) / (0.08 * range_90[z]) - np.log(9.0)
-            seen = seen and chance[0, z] < 1.0 / (1.0 + np.exp(x))
-            near = near_offset * min(max(1.0 - d / near_range, 0.0), 1.0)
-            d = d * (1.0 + bias[z]) + near + noise[z] * max(NOISE_FLOOR, NOISE_SHARE * d)
-            if chance[1, z] < bad_4:
+            seen = seen and draws.detection[z] < 1.0 / (1.0 + np.exp(x))
+            near = sizes.near_offset * min(max(1.0 - d / sizes.near_range, 0.0), 1.0)
+            d = d * (1.0 + bias[z]) + near + draws.noise[z] * max(NOISE_FLOOR, NOISE_SHARE * d)
+            if draws.status[z] < sizes.bad_4:
                 said = 4
-            elif chance[1, z] < bad_4 + bad_2:
+            elif draws.status[z] < sizes.bad_4 + sizes.bad_2:
                 said = 2
             elif seen and not had_target[z] and said == VALID:
                 said = FIRST if first else UNCONFIRMED
-            if ghosts > 0.0 and chance[2, z] < ghosts:
-                d, seen, said = 0.05 + 0.95 * chance[3, z], True, VALID
+            if draws.stray[0, z] < sizes.ghosts:
+                d, seen, said = 0.05 + 0.95 * draws.stray[1, z], True, VALID
             if not seen:  # what a real sensor leaves in a zone without a target is stale junk
-                d = 0.02 + 1.98 * chance[-1, z]
+                d = 0.02 + 1.98 * draws.junk[z]
         had_target[z] = seen
         distance[z] = np.rint(max(d, 0.0) * 1000.0) / 1000.0
         status[z] = said if seen else NO_TARGET

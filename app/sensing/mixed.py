@@ -6,13 +6,14 @@ from numpy.typing import NDArray
 from app.messages import SensorFrame
 from app.robot.posture import Posture
 from app.sensing.simulated import SimulatedSkin
+from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
 
 
 class MixedSkin:
     """Frames of `real` for the sensors that it speaks for, and of `simulated` for the rest."""
 
-    def __init__(self, real: Source, simulated: SimulatedSkin) -> None:
+    def __init__(self, real: Source, simulated: SimulatedSkin | SimulatedSkinApart) -> None:
         self.name = f"{real.name}, the rest simulated"
         self._real, self._simulated = real, simulated
         self._chosen: dict[int, bool] = {}
@@ -45,13 +46,19 @@ class MixedSkin:
         return self._real.ended() if self.real.any() else ""
 
     def fault(self, now: float, silence: float, used: NDArray[np.bool_]) -> str:
-        """What is wrong with the real part, as far as it is used."""
-        return self._real.fault(now, silence, used & self.real)
+        """What is wrong with either part, as far as it is used."""
+        real = self.real
+        return self._real.fault(now, silence, used & real) or self._simulated.fault(
+            now, silence, used & ~real
+        )
 
     def inputs(self, now: float) -> tuple[tuple[str, str], ...]:
-        """The real part's."""
-        return self._real.inputs(now)
+        """Those of both parts."""
+        return (*self._real.inputs(now), *self._simulated.inputs(now))
 
     def close(self) -> None:
-        """Give back the real part's ports."""
-        self._real.close()
+        """Give back the real part's ports, and end the other's process if it has one."""
+        try:
+            self._real.close()
+        finally:
+            self._simulated.close()

@@ -27,8 +27,8 @@ from app.runtime import Engine
 from app.sensing.port import Port
 from app.sensing.port_spec import PortSpec
 from app.sensing.pty_port import PtyPort
+from app.sensing.schedule import RATE
 from app.sensing.serial_skin import SerialSkin
-from app.sensing.simulated import RATE
 from app.sensing.stream import Arrival
 from app.sensing.wire import binary
 from app.sensing.wire.raw import VALID, RawFrame

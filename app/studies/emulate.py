@@ -18,7 +18,8 @@ from app.robot.skin import Skin
 from app.sensing.port_spec import named_sensors
 from app.sensing.pty_port import PtyPort
 from app.sensing.replay import Recording, Replay, read_recording
-from app.sensing.simulated import RATE, SimulatedSkin
+from app.sensing.schedule import RATE
+from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire.detect import format_of
 from app.sensing.wire.faults import Disturbed, parse_faults
 from app.sensing.wire.raw import NO_TARGET, RawFrame

@@ -11,7 +11,8 @@ from app.robot.model import Robot, find_robot, load_robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
 from app.robot.skin import Skin, load_skin, zone_directions
 from app.sensing.replay import read_recording
-from app.sensing.simulated import RATE, SimulatedSkin
+from app.sensing.schedule import RATE
+from app.sensing.simulated import SimulatedSkin
 from app.studies.report import Report
 from app.studies.skin_check import TRUSTED
 from app.world.world import World

@@ -6,6 +6,7 @@ forearm with hand, (2, 2, 3). `side` is +1 for the left and -1 for the right.
 
 import numpy as np
 
+from app.compiled import compiled
 from app.messages import Array
 
 HIP = (0.09, -0.10)  # m, to the side and up
@@ -44,16 +45,21 @@ def bent_arm(shoulder: Array, hand: Array) -> Array:
     return np.array([[shoulder, elbow], [elbow, shoulder + distance * u]])
 
 
-def capsule_poses(a: Array, b: Array) -> Array:
-    """Poses (n, 4, 4) of capsules along z whose axes run from a (n, 3) to b (n, 3) [m]."""
-    z = b - a
-    z = z / np.linalg.norm(z, axis=1, keepdims=True)
-    other = np.where(np.abs(z[:, 1:2]) < 0.9, [0.0, 1.0, 0.0], [1.0, 0.0, 0.0])
-    x = np.cross(other, z)
-    x /= np.linalg.norm(x, axis=1, keepdims=True)
-    T = np.zeros((len(a), 4, 4))
-    T[:, :3, 0], T[:, :3, 1], T[:, :3, 2], T[:, :3, 3] = x, np.cross(z, x), z, (a + b) / 2
-    T[:, 3, 3] = 1.0
+@compiled
+def capsule_poses(ends: Array) -> Array:
+    """Poses (n, 4, 4) of capsules along z whose axes have these ends (n, 2, 3) [m]."""
+    T = np.zeros((len(ends), 4, 4))
+    for n in range(len(ends)):
+        a, b = ends[n, 0], ends[n, 1]
+        z = (b - a) / np.sqrt(((b - a) ** 2).sum())
+        upright = abs(z[1]) < 0.9  # x is the base's y or x axis, cross z
+        x = np.array([z[2], 0.0, -z[0]]) if upright else np.array([0.0, -z[2], z[1]])
+        x /= np.sqrt((x**2).sum())
+        T[n, :3, 0], T[n, :3, 2], T[n, :3, 3] = x, z, (a + b) / 2.0
+        T[n, 0, 1] = z[1] * x[2] - z[2] * x[1]
+        T[n, 1, 1] = z[2] * x[0] - z[0] * x[2]
+        T[n, 2, 1] = z[0] * x[1] - z[1] * x[0]
+        T[n, 3, 3] = 1.0
     return T
 
 

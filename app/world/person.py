@@ -96,7 +96,7 @@ class Walker:
             hand = arm[1, 1] + (target - arm[1, 1]) * [ahead, ahead, up]
             arms[self.plan.hand] = bent_arm(arm[0, 0], hand)
         ends = np.array([*TRUNK, *legs, *arms[0], *arms[1]])
-        return T @ capsule_poses(ends[:, 0], ends[:, 1])
+        return T @ capsule_poses(ends)
 
     def _heading(self, stage: Stage) -> float:
         """Where the person looks [rad about z]."""

@@ -1,28 +1,28 @@
 """What is really there, in simulation. Sensors, the page and the metrics look at it; no one else.
 
 Every body is rigid: its mesh is made ready for rays once, in its own frame, and then the rays
-are moved. A body whose bounding sphere no ray of a sensor can reach is left out of a cast.
+are moved. What nobody can move is one mesh in the base frame, made once.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import count
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from app.actions import AddObstacle, MoveObstacle, RemoveObstacle
 from app.assets import asset_folder
 from app.errors import WorldError, options
 from app.messages import Array, BodyPose, BodyView, CropBox, freeze
-from app.raycast import MISS, to_body
+from app.raycast import Beams, Hits, RigidMesh, Solids
 from app.world.motion import Motion, Still
-from app.world.reach import reached
 from app.world.shapes import Shape, make_shape
 from app.world.tables import transform, vector
 
 Colour = tuple[int, int, int]
-Cone = tuple[Array, Array, float, float]  # apex, unit axis, half angle, far: see World.cast
+Edit = AddObstacle | MoveObstacle | RemoveObstacle
+WORLD = -1  # label of a ray that ends on a body
 PALETTE: tuple[Colour, ...] = (  # of added bodies; the muted set of P. Tol's colour schemes
     (204, 102, 119), (51, 136, 170), (221, 204, 119), (17, 119, 51),
     (136, 204, 238), (136, 34, 85), (68, 170, 153), (153, 153, 51),
@@ -47,15 +47,34 @@ class World:
         self.crops: tuple[CropBox, ...] = tuple(crops)
         self._bodies: dict[str, Body] = {}
         self._views: dict[str, BodyView] = {}
-        self._t = 0.0
+        self.time = 0.0  # [s] since the beginning
         self._added = 0
+        self._followers: list[Callable[[Edit], None]] = []
         for body in bodies:
             if body.name in self._bodies:
                 raise WorldError(f"two bodies are called {body.name!r}; rename one")
             self._put(body)
+        self._cell = _merged([b for b in self._bodies.values() if _fixed(b)])
         self._arrange()
 
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_followers": []}  # a copy has its own
+
     # --- changing it ----------------------------------------------------------------------
+
+    def follow(self, told: Callable[[Edit], None]) -> None:
+        """Have `told` called with every edit from now on; made of a copy, it keeps step."""
+        self._followers.append(told)
+
+    def edit(self, action: Edit) -> None:
+        """Do what a person asked for, or what was done to the world that this one follows."""
+        match action:
+            case AddObstacle(name=name, shape=shape, position=position):
+                self.add(name, shape, position)
+            case MoveObstacle(name=name, T_base_body=T):
+                self.move(name, T)
+            case RemoveObstacle(name=name):
+                self.remove(name)
 
     def add(self, name: str, shape: Mapping[str, Any], position: Sequence[float]) -> str:
         """Put a movable body at `position` (3,) [m], base frame; returns its unique name.
@@ -64,11 +83,13 @@ class World:
         """
         where = f"new body {name!r}" if name else "new body"
         made = make_shape(shape, asset_folder("static_assets"), where)
-        T = transform(vector({"position": list(position)}, "position", where), np.zeros(3))
+        place = vector({"position": list(position)}, "position", where)
+        T = transform(place, np.zeros(3))
         unique = name if name and name not in self._bodies else self._numbered(name or made.kind)
         self._put(Body(unique, made, PALETTE[self._added % len(PALETTE)], Still(freeze(T))))
         self._added += 1
-        self._arrange()
+        x, y, z = place.tolist()
+        self._arrange(AddObstacle(unique, dict(shape), (x, y, z)))
         return unique
 
     def move(self, name: str, T_base_body: Array) -> None:
@@ -78,48 +99,43 @@ class World:
         if T.shape != (4, 4) or not np.isfinite(T).all():
             raise WorldError(f"body {name!r} cannot go there; give a finite 4x4 pose")
         self._bodies[name] = replace(body, motion=Still(freeze(T)))
-        self._arrange()
+        self._arrange(MoveObstacle(name, T))
 
     def remove(self, name: str) -> None:
         """Take a body out."""
         self._movable(name, "removed")
         del self._bodies[name], self._views[name]
-        self._arrange()
+        self._arrange(RemoveObstacle(name))
 
     def step(self, t: float) -> None:
-        """Let every body be where its script has it at `t` [s]."""
-        self._t = t
-        poses = np.array([b.motion.pose(t) for b in self._bodies.values()])
-        self._T = freeze(poses.reshape(-1, 4, 4))
-        self._centres = np.einsum("nij,nj->ni", self._T, self._centres_body)[:, :3]
+        """Let every body be where its script has it at `t` [s]; worked out when first asked for."""
+        self.time = t
+        self._behind = True
 
     # --- looking at it --------------------------------------------------------------------
 
     def poses(self) -> tuple[BodyPose, ...]:
         """Every body with its pose; a view stays the same object while the looks do."""
-        return tuple(map(BodyPose, self._views.values(), self._T))
+        return tuple(map(BodyPose, self._views.values(), freeze(self._poses()[:-1].copy())))
 
     def shapes(self) -> dict[str, Shape]:
         """The shape of every body by name, in the order of `poses`."""
         return {name: body.shape for name, body in self._bodies.items()}
 
-    def cast(self, origins_base: Array, directions_base: Array, cone: Cone) -> NDArray[np.float32]:
-        """First hits (n,) [m] along unit directions (n, 3) from origins (n, 3), base frame.
-
-        cone: apex (3,) [m] and unit axis (3,) in the base frame, half angle [rad, below pi/2]
-            and `far` [m]. Every ray begins and runs within the half angle of the axis, as
-            seen from the apex, and is followed for `far` from its own origin.
-        `MISS` (+inf) where nothing is hit.
-        """
-        nearest = np.full(len(origins_base), MISS, dtype=np.float32)
-        within = reached(origins_base, *cone, self._centres, self._radii)
-        for i in within.nonzero()[0].tolist():
-            o, d = to_body(self._T[i], origins_base, directions_base)
-            np.minimum(nearest, self._hits[i].cast(o, d), out=nearest)
-        nearest[nearest > cone[3]] = MISS
-        return nearest
+    def end(self, beams: Beams, hits: Hits) -> None:
+        """End rays where they first hit a body; those get the label WORLD."""
+        blind = np.zeros((len(beams.origin), len(self._hit)), dtype=np.bool_)
+        self._solids.end(self._poses()[self._hit], beams, blind, hits)
 
     # --- inside ---------------------------------------------------------------------------
+
+    def _poses(self) -> Array:
+        """(n + 1, 4, 4) of all bodies in their order, and of the cell in the base frame."""
+        if self._behind:
+            for i, motion in self._moving:
+                self._T[i] = motion.pose(self.time)
+            self._behind = False
+        return self._T
 
     def _put(self, body: Body) -> None:
         self._bodies[body.name] = body
@@ -128,12 +144,22 @@ class World:
             body.name, shape.vertices, shape.faces, body.colour, body.movable
         )
 
-    def _arrange(self) -> None:
-        """Line up what a cast needs, after the bodies have changed."""
-        self._hits = [b.shape.hit for b in self._bodies.values()]
-        self._radii = np.array([hit.radius for hit in self._hits]) * (1 + 1e-6)  # float32 meshes
-        self._centres_body = np.array([[*hit.centre, 1.0] for hit in self._hits]).reshape(-1, 4)
-        self.step(self._t)
+    def _arrange(self, edit: Edit | None = None) -> None:
+        """Line up what poses and casts need, after the bodies have changed, and tell of it."""
+        bodies = list(self._bodies.values())
+        self._T = np.array([*(b.motion.pose(self.time) for b in bodies), np.eye(4)])
+        self._moving = [(i, b.motion) for i, b in enumerate(bodies) if not _stands(b)]
+        self._behind = False
+        hit = [i for i, b in enumerate(bodies) if not _fixed(b)]
+        meshes = [bodies[i].shape.hit for i in hit]
+        if self._cell is not None:
+            hit.append(len(bodies))
+            meshes.append(self._cell)
+        self._hit = np.array(hit, dtype=np.int64)
+        self._solids = Solids(meshes, np.full(len(hit), WORLD, dtype=np.int16))
+        if edit is not None:
+            for told in self._followers:
+                told(edit)
 
     def _numbered(self, stem: str) -> str:
         return next(n for k in count(1) if (n := f"{stem} {k}") not in self._bodies)
@@ -146,3 +172,23 @@ class World:
             why = "is scripted or part of the static cell"
             raise WorldError(f"body {name!r} {why} and cannot be {done}; {options(name, names)}")
         return self._bodies[name]
+
+
+def _stands(body: Body) -> bool:
+    return isinstance(body.motion, Still)
+
+
+def _fixed(body: Body) -> bool:
+    """Will it stand where it is for ever?"""
+    return _stands(body) and not body.movable
+
+
+def _merged(bodies: Sequence[Body]) -> RigidMesh | None:
+    """All that stands still for ever as one mesh in the base frame, so that one cast meets it."""
+    vertices, faces, count = [], [], 0
+    for body in bodies:
+        T, v = body.motion.pose(0.0), body.shape.vertices
+        vertices.append(v @ T[:3, :3].T + T[:3, 3])
+        faces.append(body.shape.faces + count)
+        count += len(v)
+    return RigidMesh(np.concatenate(vertices), np.concatenate(faces)) if bodies else None

@@ -1,0 +1,53 @@
+"""What simulated sensors report: what is there, and what a sensor makes of it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from app.messages import SLOTS, Array, SensorFrame, freeze
+from app.robot.skin import Skin
+from app.sensing.error_model import ErrorModel, Reading
+from app.sensing.sight import FAR, Links, Sight
+from app.sensing.streams import sensor_streams
+from app.world.world import World
+
+
+class Measurement:
+    """Frames of any sensors of `skin` at any time: what is there, and what the sensor makes of it.
+
+    A frame depends on the seed, the sensor and the number of its frame, and on what is there.
+    """
+
+    def __init__(
+        self, links: Links, skin: Skin, world: World, seed: int, errors: ErrorModel
+    ) -> None:
+        self._sight, self._errors = Sight(links, skin, world), errors
+        self._streams = [sensor_streams(seed, k) for k in range(skin.count)]
+        self._bias = [errors.bias(streams) for streams in self._streams]
+        self._range = [errors.range_90(s.resolution) for s in skin.sensors]
+        self._sequence = [0] * skin.count
+        self._had_target = np.zeros((skin.count, SLOTS), dtype=bool)
+
+    def read(self, sensors: Sequence[int], T_base_link: Array) -> list[Reading]:
+        """The truth in each zone of some sensors, links posed at T_base_link (L, 4, 4)."""
+        return self._sight.read(sensors, T_base_link)
+
+    def frames(self, sensors: Sequence[int], T_base_link: Array, now: float) -> list[SensorFrame]:
+        """The next frame of each of some sensors, measured at `now` [s]."""
+        readings = self.read(sensors, T_base_link)
+        return [self._frame(k, r, now) for k, r in zip(sensors, readings, strict=True)]
+
+    def _frame(self, k: int, reading: Reading, now: float) -> SensorFrame:
+        distance, status, targets = self._errors.measure(
+            reading, FAR, self._range[k], self._bias[k], self._had_target[k],
+            self._sequence[k] == 0, self._streams[k],
+        )  # fmt: skip
+        self._sequence[k] += 1
+        return SensorFrame(
+            sensor=k,
+            stamp=now,
+            sequence=self._sequence[k],
+            distance=freeze(distance),
+            status=freeze(status),
+            targets=freeze(targets),
+        )

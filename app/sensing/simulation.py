@@ -1,0 +1,115 @@
+"""The process that measures for a simulated skin: `python -m app.sensing.simulation FD FD FD`.
+
+It has a world of its own that follows the other side's: the same bodies, edited and moved on as
+each request says. It ends when the other side does, in whatever way.
+"""
+
+import os
+import pickle
+import select
+import signal
+import socket
+import sys
+from collections import deque
+from mmap import mmap
+from typing import BinaryIO, NamedTuple, NoReturn
+
+from app.errors import FlinchError
+from app.robot.skin import Skin
+from app.sensing.error_model import ErrorModel
+from app.sensing.measurement import Measurement
+from app.sensing.sight import Links
+from app.sensing.traffic import Traffic
+from app.world.world import Edit, World
+
+PAUSE = 2  # [ms] between two looks for a request; a frame is due tens of them later
+
+
+class Task(NamedTuple):
+    """What is to be simulated; it travels to the process as one pickle."""
+
+    links: Links
+    skin: Skin
+    world: World
+    seed: int
+    errors: ErrorModel
+    latency: float
+
+
+def size_of(task: Task) -> tuple[int, int, float]:
+    """Sensors, links and latency: what the traffic's memory is laid out by."""
+    return task.skin.count, len(task.links.bodies), task.latency
+
+
+class Gone(Exception):  # noqa: N818  a state of affairs, no error
+    """The other side has ended."""
+
+
+class Line:
+    """The line to the other side: edits of the world come along it, and its end is the end."""
+
+    def __init__(self, line: socket.socket) -> None:
+        self._file: BinaryIO = line.makefile("rb")
+        self._wait = select.poll()
+        self._wait.register(line, select.POLLIN)
+        self._edits: deque[Edit] = deque()
+
+    def rest(self) -> None:
+        """Let a little time pass."""
+        if self._wait.poll(PAUSE):
+            self._edits.append(self._load())
+
+    def edit(self) -> Edit:
+        """The next edit; it is here or on its way."""
+        return self._edits.popleft() if self._edits else self._load()
+
+    def _load(self) -> Edit:
+        try:
+            edit: Edit = pickle.load(self._file)
+        except (EOFError, ConnectionError, pickle.UnpicklingError) as end:
+            raise Gone from end
+        return edit
+
+
+def serve(task: Task, traffic: Traffic, line: Line) -> NoReturn:
+    """Answer requests until the other side is `Gone`."""
+    links, skin, world, seed, errors, _ = task
+    # whatever takes long for the first time is done once: trees are built, kernels compiled
+    Measurement(links, skin, world, seed, errors).frames(range(skin.count), links.T_base_link, 0.0)
+    measurement, edits = Measurement(links, skin, world, seed, errors), 0
+    traffic.begin()
+    while True:
+        request = traffic.asked()
+        if request is None:
+            line.rest()
+            continue
+        for _ in range(request.edits - edits):
+            world.edit(line.edit())
+        edits = request.edits
+        world.step(request.time)
+        for frame in measurement.frames(request.sensors, request.T_base_link, request.now):
+            while traffic.frames.full:
+                line.rest()
+            traffic.answer(frame)
+        traffic.requests.drop()
+
+
+def main(line_fd: int, memory_fd: int, task_fd: int) -> None:
+    """Take the task, serve, and tell the other side in one line what went wrong."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # a Ctrl-C is for the other side
+    line = socket.socket(fileno=line_fd)
+    try:
+        with open(task_fd, "rb") as file:
+            task: Task = pickle.load(file)
+        traffic = Traffic(memoryview(mmap(memory_fd, 0)), *size_of(task))
+        serve(task, traffic, Line(line))
+    except Gone:
+        os._exit(0)  # somebody waits, and there is nothing to tidy up
+    except Exception as error:
+        told = str(error) if isinstance(error, FlinchError) else repr(error)
+        line.sendall(" ".join(told.split()).encode())
+        raise
+
+
+if __name__ == "__main__":
+    main(*map(int, sys.argv[1:]))
