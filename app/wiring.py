@@ -32,6 +32,7 @@ from app.sensing.open_ports import open_skin
 from app.sensing.replay import Replay, read_recording
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.simulated import SimulatedSkin
+from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
 from app.tick import Limits
 from app.timing import Clock, ManualClock, WallClock
@@ -61,6 +62,7 @@ class Setup:
     stray: float = 0.0  # share of zones and frames with a return from nothing
     driver: str = SIMULATED  # or ur:HOST
     armed: bool = False  # may a real arm be moved? only watched otherwise
+    apart: bool = False  # compute simulated frames in a process of their own: with a page
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
@@ -91,6 +93,8 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
             begin=Mode.RUNNING if simulated else Mode.HOLDING,
             scene=scene.title if world is not None else _real_title(setup),
         )  # fmt: skip
+        if isinstance(source, MixedSkin | SimulatedSkinApart):
+            source.wait()  # it has begun while the rest was made
         if setup.ghost:
             engine.ghost = _ghost(setup, engine, world, source, arm.state(clock.now()).q)
     except BaseException:
@@ -137,7 +141,9 @@ def _ghost(setup: Setup, engine: Engine, world: World | None, source: Source, q:
     if world is None or isinstance(source, MixedSkin):
         raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
     mode, brain = _mode(setup.ghost), engine.brain
-    eye = SimulatedSkin(brain.robot, brain.skin, world, setup.seed, _errors(setup))
+    eye = _eye(setup, brain.robot, brain.skin, world)
+    if isinstance(eye, SimulatedSkinApart):
+        eye.wait()
     plant = SimulatedPlant(brain.robot, SimulatedArm(brain.robot, q), eye, world)
     return Ghost(brain.sibling(mode), plant, mode)
 
@@ -164,12 +170,16 @@ def _source(
         # real sensors see a real world; drawing a simulated one would mislead
         return _real_source(real, skin, clock), None
     world = World(scene.bodies)
-    eye = SimulatedSkin(robot, skin, world, setup.seed, _errors(setup))
+    eye = _eye(setup, robot, skin, world)
     return (MixedSkin(_real_source(real, skin, clock), eye) if mixed else eye), world
 
 
-def _errors(setup: Setup) -> ErrorModel:
-    return ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
+def _eye(
+    setup: Setup, robot: Robot, skin: Skin, world: World
+) -> SimulatedSkin | SimulatedSkinApart:
+    kind = SimulatedSkinApart if setup.apart else SimulatedSkin
+    errors = ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
+    return kind(robot, skin, world, setup.seed, errors)
 
 
 def _home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:

@@ -137,7 +137,7 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
     quit_asked = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: quit_asked.set())
-    engine = build_engine(setup, WallClock(), params)
+    engine = build_engine(replace(setup, apart=True), WallClock(), params)
     host, port, token, origins = entrance
     try:
         page = Page(engine, host, port, token=token, origins=origins)

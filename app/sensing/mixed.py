@@ -41,6 +41,11 @@ class MixedSkin:
             f for f in simulated_frames if not real[f.sensor]
         ]
 
+    def wait(self) -> None:
+        """Until the simulated part is ready; SensorError when it is not in time."""
+        if isinstance(self._simulated, SimulatedSkinApart):
+            self._simulated.wait()
+
     def ended(self) -> str:
         """The real part's end, unless nobody listens to it any more."""
         return self._real.ended() if self.real.any() else ""

@@ -16,7 +16,8 @@ from app.errors import SensorError
 from app.robot.model import find_robot, load_robot
 from app.robot.skin import load_skin
 from app.sensing.pty_port import PtyPort
-from app.sensing.simulated import RATE, SimulatedSkin
+from app.sensing.schedule import RATE
+from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import binary
 from app.sensing.wire.raw import RawFrame
 from app.studies.emulate import raw_of
