@@ -5,9 +5,9 @@ import pytest
 
 pytest.importorskip("rtde_control", reason="ur-rtde has no wheel for this machine")
 
-from app.robot.ur.control import SPEED
 from app.robot.ur.driver import UrArm
 from app.robot.ur.emulator.controller import standing_after
+from app.robot.ur.limits import SPEED
 from app.timing import WallClock
 from tests.virtual_ur import VirtualUr
 

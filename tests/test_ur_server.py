@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 
 from app.errors import RobotError, ServerError
+from app.robot.ur.dashboard import dashboard
 from app.robot.ur.emulator.controller import Controller
 from app.robot.ur.emulator.server import DASHBOARD, RTDE, SCRIPT, Emulator
-from app.robot.ur.probe import dashboard, probe
+from app.robot.ur.link import Link
 from app.robot.ur.wire import Kind, pack, split, unpack_values
 from tests.virtual_ur import HOME, own_address
 
@@ -50,7 +51,7 @@ def test_garbage_sends_that_client_away_and_the_server_lives(served, port, caplo
         except ConnectionError:
             pass  # sent away while it was still talking
     assert "sent away" in caplog.text
-    probe(served.host)
+    Link(served.host).close()
     assert dashboard(served.host, "is in remote control") == ["true"]
 
 
@@ -62,10 +63,10 @@ def test_a_second_one_on_the_same_address_is_refused_in_one_line(served):
 
 def test_a_probe_tells_silence_and_strangers_apart(served):
     with pytest.raises(RobotError, match="check the address, the cable"):
-        probe(own_address())
+        Link(own_address())
     served.ask(lambda controller: controller.break_link("mute", 5.0))
     with pytest.raises(RobotError, match=r"no answer|timed out"):
-        probe(served.host)
+        Link(served.host).close()
 
 
 def test_a_link_that_is_cut_ends_every_connection_and_comes_back(served):
@@ -76,4 +77,4 @@ def test_a_link_that_is_cut_ends_every_connection_and_comes_back(served):
         assert rtde.recv(64) == b""
     while served.ask(lambda controller: controller.cut):
         pass
-    probe(served.host)
+    Link(served.host).close()
