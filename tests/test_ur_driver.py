@@ -2,8 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
 import threading
 
 import numpy as np
@@ -12,7 +10,7 @@ import pytest
 pytest.importorskip("rtde_control", reason="ur-rtde has no wheel for this machine")
 
 from app.errors import RobotError
-from app.robot.ur import apart
+from app.robot.ur import apart, link
 from app.robot.ur.apart import ControlApart
 from app.robot.ur.driver import UrArm
 from app.robot.ur.emulator.controller import standing_after
@@ -37,11 +35,41 @@ def ur():
         yield virtual
 
 
-@pytest.fixture
-def watched(ur, robot):
-    arm = UrArm(ur.host, robot)
+@pytest.fixture(scope="module")
+def calm():
+    """A virtual UR for tests that leave it as it was."""
+    with VirtualUr() as virtual:
+        virtual.call("be_patient", 1.0)
+        yield virtual
+
+
+@pytest.fixture(scope="module")
+def watched(calm, robot):
+    arm = UrArm(calm.host, robot)
     yield arm
     arm.close()
+
+
+@pytest.fixture(scope="module")
+def driven(calm, robot):
+    """An arm for tests that leave it well."""
+    arm = UrArm(calm.host, robot, armed=True)
+    yield arm
+    arm.close()
+
+
+@pytest.fixture
+def resting(calm, driven):
+    """The same, at rest, with nothing that slows it."""
+    calm.call("unlock")
+    calm.call("set_slider", 1.0)
+
+    def rests(report):
+        driven.engage()  # in case that a busy machine was too late for the watchdog
+        return report.ready and not report.advice and calm.get("joints_still")
+
+    driven_until(driven, rests)
+    return driven
 
 
 @pytest.fixture
@@ -93,73 +121,78 @@ def test_the_arm_is_where_the_controller_says_and_its_state_is_young(watched):
     assert min(ages) >= 0.0 and np.median(ages) < 0.05
 
 
-def test_without_arm_nothing_is_ever_sent(ur, watched):
+def test_without_arm_nothing_is_ever_sent(calm, watched):
     report, applied = drive(watched, 0.3, 0.5)
     watched.engage()
     drive(watched, 0.3, 0.5)
     assert "monitoring only" in report.advice and report.fault == "" and not applied.any()
-    assert (ur.get("commands"), ur.get("uploads"), ur.get("moved_at")) == (0, 0, None)
+    assert (calm.get("commands"), calm.get("uploads"), calm.get("moved_at")) == (0, 0, None)
 
 
-def test_a_velocity_moves_the_arm_and_zero_brakes_it(moved):
-    drive(moved, 0.5, 0.3)
-    before = moved.state(CLOCK.now())
-    assert before.qd[3] == pytest.approx(0.3, abs=0.02) and before.q[3] > HOME[3] + 0.08
-    drive(moved, 0.3, 0.0)
-    assert not moved.state(CLOCK.now()).qd.any()
+def test_a_velocity_moves_the_arm_and_zero_brakes_it(resting):
+    begin = resting.state(CLOCK.now()).q[3]
+    drive(resting, 0.5, 0.3)
+    there = resting.state(CLOCK.now())
+    assert there.qd[3] == pytest.approx(0.3, abs=0.02) and there.q[3] > begin + 0.08
+    drive(resting, 0.3, 0.0)
+    assert not resting.state(CLOCK.now()).qd.any()
 
 
-def test_a_velocity_is_told_when_it_went_out_and_not_before(ur, moved):
-    drive(moved, 0.02)
-    first = moved.send(0.3 * ONE, 0.004)
-    _, applied = drive(moved, 0.3, 0.3)
-    assert not first.any() and applied == pytest.approx(0.3 * ONE)
-    assert ur.call("double_in", 3) == pytest.approx(0.3)
+def test_a_velocity_is_told_when_it_went_out_and_not_before(calm, resting):
+    assert not drive(resting, 0.02)[1].any()
+    resting.send(0.3 * ONE, 0.004)
+    end = CLOCK.now() + 1.0
+    while not (applied := resting.applied(CLOCK.now())).any():
+        assert CLOCK.now() < end
+    assert (applied == 0.3 * ONE).all()
+    assert calm.call("double_in", 3) == 0.3
+    _, applied = drive(resting, 0.3, 0.2)
+    assert (applied == 0.2 * ONE).all()
 
 
-def test_a_controller_plans_with_the_caps_and_is_not_cut_short_by_them(moved):
-    assert (moved.limits.qd_max == SPEED).all() and (moved.limits.qdd_max == ACCELERATION).all()
-    _, applied = drive(moved, 0.3, moved.limits.qd_max[3])
+def test_a_controller_plans_with_the_caps_and_is_not_cut_short_by_them(resting):
+    assert (resting.limits.qd_max == SPEED).all() and (resting.limits.qdd_max == ACCELERATION).all()
+    _, applied = drive(resting, 0.3, resting.limits.qd_max[3])
     assert (applied == SPEED * ONE).all()
 
 
-def test_a_velocity_beyond_the_cap_is_slowed_and_that_is_told(moved):
-    _, applied = drive(moved, 0.5, 2.0)
+def test_a_velocity_beyond_the_cap_is_slowed_and_that_is_told(resting):
+    _, applied = drive(resting, 0.5, 2.0)
     assert applied == pytest.approx(SPEED * ONE)
-    assert moved.state(CLOCK.now()).qd.max() == pytest.approx(SPEED, abs=0.02)
+    assert resting.state(CLOCK.now()).qd.max() == pytest.approx(SPEED, abs=0.02)
 
 
-def test_the_speed_slider_of_the_pendant_is_a_pace_with_a_word(ur, moved):
-    ur.call("set_slider", 0.5)
-    report, applied = drive(moved, 0.4, 0.4)
+def test_the_speed_slider_of_the_pendant_is_a_pace_with_a_word(calm, resting):
+    calm.call("set_slider", 0.5)
+    report, applied = drive(resting, 0.4, 0.4)
     assert report.pace == 0.5 and "slider is at 50 %" in report.advice and report.ready
     assert applied[3] == 0.4  # what went out; the controller itself slows it
-    assert moved.state(CLOCK.now()).qd[3] == pytest.approx(0.2, abs=0.01)
-    ur.call("set_slider", 0.0)
-    report, _ = drive(moved, 0.4, 0.4)
+    assert resting.state(CLOCK.now()).qd[3] == pytest.approx(0.2, abs=0.01)
+    calm.call("set_slider", 0.0)
+    report, _ = drive(resting, 0.4, 0.4)
     assert report.pace == 0.0 and "slider is at 0 %" in report.advice and report.fault == ""
-    assert ur.get("joints_still")
+    assert calm.get("joints_still")
 
 
-def test_reduced_mode_is_a_pace_with_a_word_and_the_arm_goes_on(ur, moved):
-    drive(moved, 0.3, SPEED)
-    ur.call("reduce")
-    report, _ = drive(moved, 0.3, SPEED)
+def test_reduced_mode_is_a_pace_with_a_word_and_the_arm_goes_on(calm, resting):
+    drive(resting, 0.3, SPEED)
+    calm.call("reduce")
+    report, _ = drive(resting, 0.3, SPEED)
     assert report.pace == REDUCED_SHARE and "reduced mode" in report.advice and report.ready
     assert "controller slows it to 50 %" in report.advice
-    assert 0.0 < ur.get("fastest") < 0.5 * SPEED + 0.01
-    report, _ = drive(moved, 0.3, report.pace * SPEED)
-    assert "controller slows" not in report.advice and not ur.get("joints_still")
+    assert 0.0 < calm.get("fastest") < 0.5 * SPEED + 0.01
+    report, _ = drive(resting, 0.3, report.pace * SPEED)
+    assert "controller slows" not in report.advice and not calm.get("joints_still")
 
 
-def test_an_arm_at_rest_is_sent_no_velocities_but_its_program_lives(ur, moved):
-    drive(moved, 0.3, 0.3)
-    drive(moved, 1.0, 0.0)
-    before = ur.get("commands")
-    drive(moved, 0.5, 0.0)
-    assert ur.get("commands") == before and ur.get("playing")
-    drive(moved, 0.3, 0.3)
-    assert moved.state(CLOCK.now()).qd[3] == pytest.approx(0.3, abs=0.02)
+def test_an_arm_at_rest_is_sent_no_velocities_but_its_program_lives(calm, resting):
+    drive(resting, 0.2, 0.3)
+    drive(resting, 0.8, 0.0)
+    before = calm.get("commands")
+    drive(resting, 0.3, 0.0)
+    assert calm.get("commands") == before and calm.get("playing")
+    drive(resting, 0.2, 0.3)
+    assert resting.state(CLOCK.now()).qd[3] == pytest.approx(0.3, abs=0.02)
 
 
 def test_the_watchdog_stops_the_arm_when_commands_cease(ur, brisk):
@@ -171,7 +204,8 @@ def test_the_watchdog_stops_the_arm_when_commands_cease(ur, brisk):
 
 
 @pytest.mark.parametrize("kind", LINKS)
-def test_a_lost_link_stops_the_arm_within_200_ms_and_holds_no_call_up(ur, brisk, kind):
+def test_a_lost_link_stops_the_arm_within_200_ms_and_holds_no_call_up(ur, brisk, kind, monkeypatch):
+    monkeypatch.setattr(link, "PATIENCE", 0.5)
     lost = ur.call("break_link", kind, 1.0)
     report, applied, longest = timed_drive(brisk, 0.5, SPEED)
     assert "check the cable" in report.fault and not applied.any()
@@ -184,8 +218,9 @@ def test_a_lost_link_stops_the_arm_within_200_ms_and_holds_no_call_up(ur, brisk,
 
 @pytest.mark.parametrize("kind", ["drop", "mute", "corrupt"])
 def test_after_a_lost_link_the_arm_is_watched_again_and_waits_for_a_person(ur, moved, kind):
+    ur.call("be_patient", 0.5)
     drive(moved, 0.3, 0.2)
-    ur.call("break_link", kind, 1.5)  # longer than the watchdog is patient here
+    ur.call("break_link", kind, 0.8)  # longer than the watchdog is patient
     drive(moved, 0.5, 0.2)
     driven_until(moved, lambda r: "press Run" in r.fault, 0.2)
     drive(moved, 0.3, 0.2)
@@ -197,13 +232,14 @@ def test_after_a_lost_link_the_arm_is_watched_again_and_waits_for_a_person(ur, m
 
 
 def test_a_protective_stop_is_named_and_ends_the_motion_until_it_is_unlocked(ur, moved):
-    drive(moved, 0.4, 0.3)
+    drive(moved, 0.2, 0.3)
     ur.call("stop", 3)
-    assert "protective stop" in drive(moved, 0.3, 0.3)[0].fault
+    report, applied = drive(moved, 0.2, 0.3)
+    assert "protective stop" in report.fault and not applied.any()
     moved.engage()
-    assert "protective stop" in drive(moved, 0.5, 0.3)[0].fault
+    assert "protective stop" in drive(moved, 0.3, 0.3)[0].fault
     ur.call("unlock")
-    drive(moved, 0.3, 0.3)
+    drive(moved, 0.2, 0.3)
     assert ur.get("joints_still")
     moved.engage()
     driven_until(moved, lambda r: r.ready, 0.3)
@@ -222,11 +258,14 @@ def test_a_robot_that_is_not_in_remote_control_refuses_before_anything_moves(rob
         assert "not in remote control" in refused(ur, robot)
 
 
-def test_a_controller_that_answers_its_version_and_then_nothing_is_refused_in_time(robot):
+def test_a_controller_that_answers_its_version_and_then_nothing_is_refused_in_time(
+    robot, monkeypatch
+):
+    monkeypatch.setattr(link, "PATIENCE", 0.5)
     with VirtualUr("silent") as ur:
         begin = CLOCK.now()
         assert "no answer" in refused(ur, robot)
-        assert CLOCK.now() - begin < 4.0
+        assert CLOCK.now() - begin < 2.0
 
 
 def test_a_client_that_waits_for_ever_while_it_begins_is_ended_in_time(monkeypatch):
@@ -320,10 +359,3 @@ def test_a_client_that_hangs_is_ended_with_a_word_and_what_it_did_not_send_is_no
     assert max(longest, later) < LONGEST
     moved.engage()
     driven_until(moved, lambda r: r.ready, 0.2)
-
-
-def test_a_virtual_controller_begins_and_ends_by_its_command():
-    host = own_address()
-    command = [sys.executable, "-m", "app", "ur", "emulate", "--host", host, "--seconds", "0.2"]
-    result = subprocess.run(command, capture_output=True, text=True, timeout=60)
-    assert result.returncode == 0 and host in result.stdout and result.stderr == ""

@@ -127,9 +127,9 @@ def test_states_on_our_clock_lie_on_the_line_of_the_motion():
         ur.move(0.3)
         states, seen = Stream(ur.host), {}
         begin = CLOCK.now()
-        while CLOCK.now() < begin + 2.0:
+        while CLOCK.now() < begin + 1.2:
             state = states.state(CLOCK.now())
-            if CLOCK.now() > begin + 1.0:  # the way's shortest time is known by then
+            if CLOCK.now() > begin + 0.6:  # the way's shortest time is known by then
                 seen[state.stamp] = state.q[3]
             CLOCK.sleep_until(CLOCK.now() + 0.004)
         states.close()

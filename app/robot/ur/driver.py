@@ -98,21 +98,24 @@ class UrArm:
         return ArmReport(advice=advice, ready=not begins, pace=pace(said))
 
     def send(self, qd: Array, dt: float) -> Array:
-        """Ask for `qd` (6,) [rad/s] where that is allowed; returns what really went out.
-
-        That is the newest velocity that the client is known to have written to the controller,
-        so as a rule the one before `qd`; zero when none was written for as long as the
-        controller's watchdog is patient. It differs from what was asked where that was beyond
-        `limits`, in a safety stop, while no program runs, when the arm is only watched. At rest
-        it is zero: then the watchdog alone is fed.
-        """
+        """Ask for `qd` (6,) [rad/s] where that is allowed; returns what is `applied` by now, so as
+        a rule the velocity before `qd`: nobody waits for the client here."""
         if not np.isfinite(qd).all():
             raise ValueError("a command with a non-finite joint velocity")
+        if self._control is not None and self._ready:
+            self._control.send(qd, self._stream.last.qd, dt, self._now)
+        return self.applied(self._now)
+
+    def applied(self, now: float) -> Array:
+        """What really went out (6,) [rad/s]: the newest velocity that the client is known to have
+        written to the controller. A tick after `send` it is, as a rule, what was asked for then.
+
+        It is zero when none was written for as long as the controller's watchdog is patient, when
+        no program runs, in a safety stop, when the arm is only watched; and at rest, when the
+        watchdog alone is fed. It is less than was asked for where that was beyond `limits`.
+        """
         control = self._control
-        if control is None or not self._ready:
-            return np.zeros(6)
-        control.send(qd, self._stream.last.qd, dt, self._now)
-        return control.sent(self._now)
+        return control.sent(now) if control is not None and self._ready else np.zeros(6)
 
     def engage(self) -> None:
         """A person asks for motion: begin the control program if it has ended; returns at once."""
