@@ -216,6 +216,26 @@ def test_a_lost_link_stops_the_arm_within_200_ms_and_holds_no_call_up(ur, brisk,
     assert standing_after(ur.get("trace"), lost) <= 0.2
 
 
+def test_a_client_whose_connection_is_lost_begins_no_program_by_itself(ur):
+    control = ControlApart(ur.host, "UR10", threading.Event())
+
+    def order(seconds):
+        begin = CLOCK.now()
+        for k in range(round(seconds * 250)):
+            CLOCK.sleep_until(begin + 0.004 * k)
+            now = CLOCK.now()
+            control.trouble(now)
+            control.send(0.3 * ONE, 0.3 * ONE, 0.004, now)
+
+    order(0.3)
+    lost = ur.call("break_link", "drop", 0.003)
+    order(0.8)
+    assert control.trouble(CLOCK.now()) and not control.sent(CLOCK.now()).any()
+    assert ur.get("uploads") == 1 and not ur.get("playing")
+    assert standing_after(ur.get("trace"), lost) <= 0.2
+    control.close()
+
+
 @pytest.mark.parametrize("kind", ["drop", "mute", "corrupt"])
 def test_after_a_lost_link_the_arm_is_watched_again_and_waits_for_a_person(ur, moved, kind):
     ur.call("be_patient", 0.5)

@@ -45,6 +45,7 @@ class ControlApart:
             self._process = subprocess.Popen(
                 [sys.executable, "-m", CLIENT, str(theirs.fileno())],
                 pass_fds=[theirs.fileno()],
+                stdin=subprocess.DEVNULL,
                 stdout=subprocess.DEVNULL,  # the client talks there, and it may be our --json
                 start_new_session=True,  # a Ctrl-C is for us: it must live to brake the arm
             )
@@ -71,7 +72,7 @@ class ControlApart:
     def send(self, qd: Array, actual: Array, dt: float, now: float) -> None:
         """Ask for the velocities `qd` (6,) [rad/s] of an arm that moves with `actual` (6,); an
         order that cannot go at once does not go."""
-        if self.trouble(now) or self._given - self._answered >= BEHIND:
+        if self._said or self._given - self._answered >= BEHIND:
             return
         if self._given == self._answered:
             self._waiting = now

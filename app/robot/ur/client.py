@@ -7,6 +7,7 @@ nobody: the other side may be gone.
 
 import contextlib
 import os
+import resource
 import signal
 import socket
 import sys
@@ -18,6 +19,10 @@ from app.robot.ur.control import Control
 from app.robot.ur.orders import BEGUN, ORDER, Answer, pack_answer, read_order
 from app.robot.ur.wire import Packet, pack, split
 
+# When its connection is lost, the client connects anew by itself, uploads a program, on which
+# nobody has set a watchdog, and gives it the last velocity again. A process that may open nothing
+# beside its standard streams cannot do any of that: only a person begins a program.
+HANDLES = 3
 BEGINNING, CALL, LEAVING = 15.0, 5.0, 5.0  # [s] that the client's calls may take
 
 
@@ -30,6 +35,7 @@ def _serve(orders: socket.socket) -> None:
     except RobotError as error:
         orders.sendall(pack(BEGUN, str(error).encode()))
         return
+    resource.setrlimit(resource.RLIMIT_NOFILE, (HANDLES, HANDLES))
     with contextlib.suppress(OSError):  # the other side has ended: so do we
         orders.sendall(pack(BEGUN))
         for come in packets:
