@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.errors import ConfigError
-from app.robot.ur.emulator.controller import HALT, Controller, standing_after
+from app.robot.ur.emulator.controller import HALT, REDUCED_SPEED, Controller, standing_after
 from app.robot.ur.emulator.dashboard import answer
 from app.robot.ur.emulator.faults import Fault, parse_fault
 from app.robot.ur.emulator.rtde import RtdeClient
@@ -144,10 +144,56 @@ def test_a_fault_begins_after_the_first_motion():
     assert c.cut == ""
 
 
+def test_the_speed_slider_scales_a_velocity_and_is_told(controller):
+    controller.set_slider(0.25)
+    speed(controller, 0.4)
+    run(controller, 0.5)
+    assert controller.read("actual_qd")[3] == pytest.approx(0.1)
+    assert controller.read("target_speed_fraction") == 0.25
+    assert controller.read("speed_scaling") == 1.0
+
+
+def test_a_client_moves_the_slider_when_its_mask_says_so():
+    c = Controller(HOME)
+    c.write({"speed_slider_mask": 0, "speed_slider_fraction": 0.3})
+    assert c.read("target_speed_fraction") == 1.0
+    c.write({"speed_slider_mask": 1, "speed_slider_fraction": 0.3})
+    assert c.read("target_speed_fraction") == 0.3
+
+
+def test_reduced_mode_slows_the_arm_to_its_limit_and_tells_by_how_much(controller):
+    speed(controller, 0.8)
+    run(controller, 0.5)
+    controller.reduce()
+    run(controller, 0.5)
+    assert controller.read("actual_qd")[3] == pytest.approx(REDUCED_SPEED)
+    assert controller.read("speed_scaling") == pytest.approx(REDUCED_SPEED / 0.8)
+    assert controller.playing and controller.read("safety_status_bits") == 2
+    assert answer(controller, "safetymode") == "Safetymode: REDUCED"
+    speed(controller, 0.1)
+    run(controller, 0.5)
+    assert controller.read("actual_qd")[3] == pytest.approx(0.1)
+    assert controller.read("speed_scaling") == 1.0
+
+
+def test_a_slider_and_reduced_mode_are_faults_with_a_time():
+    c = Controller(HOME, [parse_fault("slider@0.1:0.5"), parse_fault("reduced@0.2")])
+    c.upload(SCRIPT)
+    run(c, 0.2)
+    speed(c, 0.2)
+    run(c, 0.15)
+    assert (c.slider, c.safety_mode) == (0.5, 1)
+    run(c, 0.1)
+    assert c.safety_mode == 2
+
+
 def test_faults_are_written_in_words_and_wrong_ones_are_named():
     assert parse_fault("drop@5:2") == Fault("drop", 5.0, 2.0)
     assert parse_fault("local") == Fault("local")
-    for wrong in ("drip@5", "drop", "drop@", "drop@x", "drop@-1", "drop@1:0", "local@3"):
+    assert parse_fault("slider@5:0.3") == Fault("slider", 5.0, 0.3)
+    assert parse_fault("silent") == Fault("silent") and parse_fault("silent@1").at == 1.0
+    wrongs = ("drip@5", "drop", "drop@", "drop@x", "drop@-1", "drop@1:0", "local@3", "slider@1:2")
+    for wrong in wrongs:
         with pytest.raises(ConfigError, match=r"drop"):
             parse_fault(wrong)
 

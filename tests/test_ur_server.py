@@ -1,16 +1,20 @@
 """The virtual controller's ports: plain sockets, garbage, a second server on the same address."""
 
+import signal
 import socket
 import struct
 
 import numpy as np
 import pytest
 
+from app.cli import main
 from app.errors import RobotError, ServerError
+from app.robot.ur import link as ur_link
+from app.robot.ur.dashboard import dashboard
 from app.robot.ur.emulator.controller import Controller
 from app.robot.ur.emulator.server import DASHBOARD, RTDE, SCRIPT, Emulator
-from app.robot.ur.probe import dashboard, probe
-from app.robot.ur.wire import Kind, pack, split, unpack_values
+from app.robot.ur.link import Link
+from app.robot.ur.wire import Kind, WireError, pack, split, unpack_values
 from tests.virtual_ur import HOME, own_address
 
 
@@ -50,7 +54,7 @@ def test_garbage_sends_that_client_away_and_the_server_lives(served, port, caplo
         except ConnectionError:
             pass  # sent away while it was still talking
     assert "sent away" in caplog.text
-    probe(served.host)
+    Link(served.host).close()
     assert dashboard(served.host, "is in remote control") == ["true"]
 
 
@@ -60,12 +64,13 @@ def test_a_second_one_on_the_same_address_is_refused_in_one_line(served):
     assert "\n" not in str(error.value)
 
 
-def test_a_probe_tells_silence_and_strangers_apart(served):
+def test_silence_and_strangers_are_told_apart(served, monkeypatch):
+    monkeypatch.setattr(ur_link, "PATIENCE", 0.3)
     with pytest.raises(RobotError, match="check the address, the cable"):
-        probe(own_address())
+        Link(own_address())
     served.ask(lambda controller: controller.break_link("mute", 5.0))
     with pytest.raises(RobotError, match=r"no answer|timed out"):
-        probe(served.host)
+        Link(served.host).close()
 
 
 def test_a_link_that_is_cut_ends_every_connection_and_comes_back(served):
@@ -76,4 +81,48 @@ def test_a_link_that_is_cut_ends_every_connection_and_comes_back(served):
         assert rtde.recv(64) == b""
     while served.ask(lambda controller: controller.cut):
         pass
-    probe(served.host)
+    Link(served.host).close()
+
+
+def test_a_virtual_controller_begins_and_ends_by_its_command(capsys, monkeypatch):
+    monkeypatch.setattr(signal, "signal", lambda *_: None)  # pytest keeps its own
+    host = own_address()
+    assert main(("ur", "emulate", "--host", host, "--seconds", "0.1")) == 0
+    out, err = capsys.readouterr()
+    assert host in out and err == ""
+
+
+def states(served, wanted, begin):
+    """`wanted` timestamps of the stream, after `begin` has been done to the controller."""
+    with link(served, RTDE) as rtde:
+        rtde.sendall(pack(Kind.OUTPUTS, struct.pack(">d", 500.0) + b"timestamp") + pack(Kind.START))
+        rtde.recv(64)
+        served.ask(begin)
+        stamps, rest = [], b""
+        while len(stamps) < wanted:
+            more, rest = split(rest + rtde.recv(65536))
+            stamps += [
+                unpack_values(["DOUBLE"], p.payload[1:])[0] for p in more if p.kind == Kind.DATA
+            ]
+    return stamps
+
+
+def test_what_a_stall_holds_up_comes_all_of_it(served):
+    stamps = states(served, 150, lambda controller: controller.break_link("stall", 0.2))
+    assert np.allclose(np.diff(stamps), 0.002)
+
+
+def test_corrupt_states_are_no_rtde(served):
+    with pytest.raises(WireError):
+        states(served, 150, lambda controller: controller.break_link("corrupt", 0.2))
+
+
+def test_a_silent_controller_answers_its_version_and_no_more(served):
+    served.ask(lambda controller: controller.break_link("silent", 60.0))
+    with link(served, RTDE) as rtde:
+        rtde.settimeout(0.2)
+        rtde.sendall(pack(Kind.VERSION, b"\x00\x02"))
+        assert rtde.recv(64) == pack(Kind.VERSION, b"\x01")
+        rtde.sendall(pack(Kind.CONTROLLER))
+        with pytest.raises(TimeoutError):
+            rtde.recv(64)

@@ -1,4 +1,5 @@
-"""A virtual UR in a process of its own, since the client's constructors hold the interpreter."""
+"""Virtual URs in a process of their own, since a machine's stall would stall both sides at once;
+and what an engine does with its arm."""
 
 import itertools
 import multiprocessing
@@ -9,9 +10,14 @@ import numpy as np
 from app.robot.ur.emulator.controller import Controller
 from app.robot.ur.emulator.faults import parse_fault
 from app.robot.ur.emulator.server import Emulator
+from app.timing import WallClock
 
 HOME = np.radians([0.0, -100.0, 110.0, -100.0, -90.0, 0.0])
+ONE = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
+LONGEST = 0.25  # [s] of a call: a busy machine takes some, a wait for the other side a second
+CLOCK = WallClock()
 _count = itertools.count(1)
+_served = None
 
 
 def own_address():
@@ -25,13 +31,7 @@ class VirtualUr:
 
     def __init__(self, *faults):
         self.host = own_address()
-        context = multiprocessing.get_context("spawn")
-        self._pipe, theirs = context.Pipe()
-        self._process = context.Process(
-            target=_serve, args=(theirs, self.host, faults), daemon=True
-        )
-        self._process.start()
-        self._pipe.recv()
+        self._ask("serve", faults)
 
     def get(self, name):
         """A field of the controller."""
@@ -41,32 +41,85 @@ class VirtualUr:
         """A method of the controller."""
         return self._ask("call", name, *args)
 
+    def move(self, speed):
+        """Move the fourth joint [rad/s] without a client, and without a watchdog."""
+        self.call("upload", "def rtde_control():\nend\n")
+        numbers = [0.0, 0.0, 0.0, speed, 0.0, 0.0, 40.0, 0.002]
+        registers = {f"input_double_register_{i}": x for i, x in enumerate(numbers)}
+        self.call("write", registers | {"input_int_register_0": 9})
+
     def _ask(self, *what):
-        self._pipe.send(what)
-        return self._pipe.recv()
+        pipe = _pipe()
+        pipe.send((self.host, *what))
+        return pipe.recv()
 
     def __enter__(self):
         return self
 
     def __exit__(self, *_):
-        self._pipe.send(("end",))
-        self._process.join(timeout=5)
-        assert self._process.exitcode == 0
+        self._ask("end")
 
 
-def _serve(pipe, host, faults):
-    emulator = Emulator(Controller(HOME, [parse_fault(f) for f in faults]), host)
-    emulator.start()
-    pipe.send("ready")
+def drive(arm, seconds, speed=0.0):
+    """What an engine does with its arm; the last report, and the last velocity that went out."""
+    report, applied, _ = timed_drive(arm, seconds, speed)
+    return report, applied
+
+
+def timed_drive(arm, seconds, speed=0.0):
+    """The same, and how long the longest call took [s]."""
+    begin = CLOCK.now()
+    report = applied = None
+    longest = 0.0
+    for k in range(max(1, round(seconds * 250))):
+        CLOCK.sleep_until(begin + 0.004 * k)
+        called = CLOCK.now()
+        arm.state(called)
+        report = arm.report(called)
+        applied = arm.send(speed * ONE, 0.004)
+        longest = max(longest, CLOCK.now() - called)
+    return report, applied, longest
+
+
+def driven_until(arm, wanted, speed=0.0, limit=10.0):
+    """Drive until the report is as wanted; fails after a while."""
+    for _ in range(round(limit / 0.02)):
+        report, _ = drive(arm, 0.02, speed)
+        if wanted(report):
+            return report
+    raise AssertionError(f"not within {limit} s; the arm says {report}")
+
+
+def _pipe():
+    """To the process of the virtual URs, which begins with the first of them."""
+    global _served
+    if _served is None:
+        context = multiprocessing.get_context("spawn")
+        _served, theirs = context.Pipe()
+        context.Process(target=_serve, args=(theirs,), daemon=True).start()
+        theirs.close()
+    return _served
+
+
+def _serve(pipe):
+    emulators = {}
     while True:
-        match pipe.recv():
+        try:
+            host, *what = pipe.recv()
+        except EOFError:
+            return
+        match what:
+            case ("serve", faults):
+                controller = Controller(HOME, [parse_fault(f) for f in faults])
+                emulators[host] = Emulator(controller, host)
+                answer = emulators[host].start()
             case ("get", name):
-                pipe.send(emulator.ask(lambda c, name=name: _plain(getattr(c, name))))
+                answer = emulators[host].ask(lambda c, name=name: _plain(getattr(c, name)))
             case ("call", name, *args):
-                pipe.send(emulator.ask(lambda c, n=name, a=args: _plain(getattr(c, n)(*a))))
+                answer = emulators[host].ask(lambda c, n=name, a=args: _plain(getattr(c, n)(*a)))
             case ("end",):
-                emulator.stop()
-                return
+                answer = emulators.pop(host).stop()
+        pipe.send(answer)
 
 
 def _plain(value):

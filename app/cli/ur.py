@@ -23,8 +23,8 @@ class Ur:
     host: str = "127.0.0.1"
     """Address to serve on; several live side by side on 127.0.0.2, 127.0.0.3, ..."""
     faults: tuple[str, ...] = ()
-    """drop@T[:S], mute@T[:S], protective@T, emergency@T (seconds after the first motion), local,
-    off."""
+    """drop@T[:S], mute@T[:S], stall@T[:S], corrupt@T[:S], silent@T[:S], protective@T,
+    emergency@T, slider@T:F, reduced@T (seconds after the first motion), local, off, silent."""
     home_deg: tuple[float, ...] = ()
     """Posture to begin in [degrees], six values; default: the UR10e's home."""
     seconds: float = 0.0

@@ -14,12 +14,10 @@ from rtde_control import RTDEControlInterface
 
 from app.errors import RobotError
 from app.messages import Array
-from app.robot.ur.probe import dashboard, probe
-from app.robot.ur.stream import LOST
+from app.robot.ur.dashboard import dashboard
+from app.robot.ur.limits import ACCELERATION, WATCHDOG, capped
+from app.robot.ur.link import LOST
 
-SPEED = 0.8  # [rad/s] of the fastest joint; a UR10e's own limits are 2.1 and 3.1
-ACCELERATION = 6.0  # [rad/s^2] of the leading joint; the controller takes up to 40
-WATCHDOG = 15.0  # [Hz] with fewer commands a second the controller ends the program
 CYCLE = 0.002  # [s] until the program looks for a new velocity: one cycle of the controller
 STILL = 1e-4  # [rad/s] no command and no motion
 QUIET = 0.5  # [s] of stillness after which velocities cease
@@ -45,7 +43,6 @@ class Control:
             )
         if model and there != model:
             raise RobotError(f"{host} is a {there}, not a {model}; give the right --robot")
-        probe(host)
         try:
             self._control = RTDEControlInterface(host)
         except RuntimeError as e:
@@ -92,23 +89,18 @@ class Control:
             self._guarded = bool(self._control.setWatchdog(WATCHDOG))
             if not self._guarded:
                 return np.zeros_like(qd)  # `trouble` will tell why
-        applied = capped(qd)
-        self._control.speedJ(list(applied), ACCELERATION, CYCLE)
+        asked = capped(qd)
+        if not self._control.speedJ(list(asked), ACCELERATION, CYCLE):
+            return np.zeros_like(qd)  # a safety stop, or no program: nothing was written
         self._moving = True
-        return applied
+        return asked
 
     def close(self, pause: Callable[[float], object]) -> None:
-        """Brake to rest, end the program, and leave; `pause` waits for some seconds."""
+        """Brake to rest and end the program; `pause` waits for some seconds. The connection ends
+        with the process: the client's own way of leaving sleeps for a second."""
         for _ in range(BRAKE if self._moving else 0):
             if not self.trouble:
                 self.send(np.zeros(6), np.ones(6), 2.0 * CYCLE)
                 pause(2.0 * CYCLE)
         if not self.trouble:
             self._control.stopScript()
-        self._control.disconnect()
-
-
-def capped(qd: Array) -> Array:
-    """`qd` (6,) [rad/s], slowed as a whole until the fastest joint keeps SPEED."""
-    fastest = np.abs(qd).max()
-    return np.array(qd * min(1.0, SPEED / fastest) if fastest > 0.0 else qd)

@@ -38,12 +38,18 @@ _TEACH = 4  # robot_status_bits: the freedrive button is pressed
 
 @dataclass(frozen=True, slots=True)
 class Report:
-    """The controller's own state at one moment."""
+    """The controller's own state at one moment, as its RTDE variables say.
+
+    slider:  target_speed_fraction, 0..1: where the pendant's speed slider stands.
+    scaling: speed_scaling, 0..1: how far the controller itself slows a motion.
+    """
 
     robot_mode: int
     safety_mode: int
     status_bits: int
     runtime_state: int
+    slider: float = 1.0
+    scaling: float = 1.0
 
     @property
     def playing(self) -> bool:

@@ -1,94 +1,95 @@
-"""Joint states of a UR as they come in, and the stream begun anew when it is lost."""
+"""Joint states of a UR as they come in, and the link begun anew when it is lost.
+
+The control thread reads what has come in its own tick and never waits. Beginning anew, which
+takes as long as the other side likes, is left to a thread; so is reading while nobody ticks,
+since a controller sends clients away that do not listen.
+"""
 
 import threading
 
 import numpy as np
-from rtde_receive import RTDEReceiveInterface
 
 from app.errors import RobotError
-from app.messages import JointState, freeze
+from app.messages import JointState
 from app.robot.ur.clock import ControllerClock
-from app.robot.ur.probe import probe
+from app.robot.ur.link import Link
 from app.robot.ur.safety import Report
 
 STALE = 0.1  # [s] 50 states of an e-Series
-LOST = "the connection is lost; check the cable and the controller"
-FIRST, TRIES = 1.0, 50  # [s] until the first state must be there, and looks for it
-RETRY = 1.0  # [s] between two tries to begin anew
-VARIABLES = [
-    "timestamp", "actual_q", "actual_qd", "robot_mode", "safety_mode", "robot_status_bits",
-    "runtime_state",
-]  # fmt: skip
+ROUND = 0.5  # [s] between two looks at the link
+SILENT = 4  # rounds without a state until the link is begun anew, though it seems to stand
 
 
 class Stream:
-    """The newest joint state of `host`; a thread of its own begins anew when it is lost.
-
-    Raises RobotError when nobody answers at the first try.
-    """
+    """The newest joint state of `host`; a RobotError when none comes at the first try."""
 
     def __init__(self, host: str) -> None:
         self._host = host
+        self._link = Link(host)
         self._clock = ControllerClock()
-        self._theirs = -1.0  # the newest timestamp of theirs
-        self._fresh = -np.inf  # when it changed, on our clock
-        self._receive = self._open()
-        self.last = JointState(0.0, freeze(np.zeros(6)), freeze(np.zeros(6)))
+        self._theirs = -np.inf  # [s] the newest timestamp of theirs
+        self._fresh = -np.inf  # [s] when it changed, on our clock
+        first = self._link.newest
+        self.last = JointState(0.0, first.q, first.qd)
+        self._reading = threading.Lock()  # held for one read
+        self._ticked = False  # has somebody asked since the last round?
         self._quit = threading.Event()
         self._thread = threading.Thread(target=self._mend, name="ur-stream", daemon=True)
         self._thread.start()
 
     def state(self, now: float) -> JointState:
-        """The newest joint state; the last one that came when the stream is lost."""
-        receive = self._receive
-        theirs = receive.getTimestamp()
-        if theirs != self._theirs:
-            self._theirs, self._fresh = theirs, now
-            q, qd = np.array(receive.getActualQ()), np.array(receive.getActualQd())
-            self.last = JointState(self._clock.stamp(theirs, now), freeze(q), freeze(qd))
+        """The newest joint state; the last one that came when the link is lost."""
+        self._ticked = True
+        if self._reading.acquire(blocking=False):
+            try:
+                self._link.drain()
+            finally:
+                self._reading.release()
+        sample = self._link.newest
+        if sample.timestamp != self._theirs:
+            self._theirs, self._fresh = sample.timestamp, now
+            self.last = JointState(self._clock.stamp(sample.timestamp, now), sample.q, sample.qd)
         return self.last
+
+    @property
+    def fault(self) -> str:
+        """Why the link brings nothing more; empty while it stands."""
+        return self._link.fault
 
     def lost(self, now: float) -> str:
         """Why there is no state that is fresh at `now` [s]; empty when there is one."""
-        if not self._receive.isConnected():
-            return LOST
-        if now - self._fresh <= STALE:
-            return ""
+        if self.fault or now - self._fresh <= STALE:
+            return self.fault
         return f"no joint state for more than {STALE:g} s; check the cable and the controller"
 
     def report(self) -> Report:
         """The controller's own state as it came last."""
-        r = self._receive
-        return Report(r.getRobotMode(), r.getSafetyMode(), r.getRobotStatus(), r.getRuntimeState())
+        return self._link.newest.report
 
     def close(self) -> None:
         """End the stream and its thread."""
         self._quit.set()
         self._thread.join()
-        self._receive.disconnect()
-
-    def _open(self) -> RTDEReceiveInterface:
-        probe(self._host)
-        try:
-            receive = RTDEReceiveInterface(self._host, -1.0, VARIABLES)
-        except RuntimeError as e:
-            words = " ".join(str(e).split())
-            raise RobotError(f"{self._host}: joint states are refused ({words})") from e
-        pause = threading.Event()
-        for _ in range(TRIES):
-            if len(receive.getActualQ()) == 6 and receive.getTimestamp() > 0.0:
-                return receive
-            pause.wait(FIRST / TRIES)
-        receive.disconnect()
-        raise RobotError(f"{self._host} accepts the connection but sends no joint states")
+        self._link.close()
 
     def _mend(self) -> None:
-        while not self._quit.wait(RETRY):
-            if self._receive.isConnected():
-                continue
-            try:
-                fresh = self._open()
-            except RobotError:
-                continue  # `lost` tells it all the while
-            self._receive.disconnect()
-            self._receive = fresh
+        seen, silent = 0, 0
+        while not self._quit.wait(ROUND):
+            if not self._ticked:
+                with self._reading:
+                    self._link.drain()
+            self._ticked = False
+            silent = silent + 1 if self._link.count == seen else 0
+            seen = self._link.count
+            if self.fault or silent >= SILENT:
+                self._renew()
+                seen, silent = 0, 0
+
+    def _renew(self) -> None:
+        try:
+            fresh = Link(self._host)
+        except RobotError:
+            return  # `lost` tells of it all the while
+        with self._reading:
+            self._link, old = fresh, self._link
+        old.close()

@@ -81,6 +81,11 @@ def names(recipe: bytes) -> list[str]:
         raise WireError("a recipe is not ASCII; give names joined by commas") from e
 
 
+def output_recipe(rate: float, variables: Sequence[str]) -> bytes:
+    """What a client asks to be sent: `variables`, `rate` [Hz] times a second."""
+    return struct.pack(">d", rate) + ",".join(variables).encode("ascii")
+
+
 def output_setup(payload: bytes) -> tuple[float, list[str]]:
     """Rate [Hz] and names that a client asks to be sent."""
     if len(payload) < 8:

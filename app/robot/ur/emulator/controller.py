@@ -20,12 +20,14 @@ PERIOD = 0.002  # [s] of the e-Series' control loop
 VERSION = (5, 15, 0, 126)
 MODEL = "UR10"  # what a UR10e's dashboard says, too
 HALT = 10.0  # [rad/s^2] assumed for a program that ends in motion; the maker gives no figure
+REDUCED_SPEED = 0.4  # [rad/s] assumed of the fastest joint in reduced mode; it is configured
 STOP = 15.0  # [rad/s^2] assumed for a protective or an emergency stop
 CONTROL = "def rtde_control():"  # the only program that is understood
 TRACE = 5000  # cycles of the arm's motion that are kept
 
 _POWERED, _PLAYING = 1, 2
-_BITS = {1: 1 << 0, 3: 1 << 2 | 1 << 10, 7: 1 << 6 | 1 << 7 | 1 << 10}
+_NORMAL, _REDUCED = 1, 2  # safety modes in which the arm moves
+_BITS = {1: 1 << 0, 2: 1 << 1, 3: 1 << 2 | 1 << 10, 7: 1 << 6 | 1 << 7 | 1 << 10}
 
 
 class Controller:
@@ -36,7 +38,9 @@ class Controller:
     ) -> None:
         self.joints = Joints(q)
         self.now = 0.0  # [s] the controller's own clock
-        self.robot_mode, self.safety_mode, self.remote = 7, 1, True
+        self.robot_mode, self.safety_mode, self.remote = 7, _NORMAL, True
+        self.slider = 1.0  # 0..1, on the pendant
+        self.scaling = 1.0  # 0..1, how far a motion is slowed to keep to a safety limit
         self.program: Program | None = None
         self.log: deque[str] = deque(maxlen=200)  # what has happened, in words
         self._say = say
@@ -44,17 +48,15 @@ class Controller:
         self.moved_at: float | None = None  # when a joint moved for the first time
         self.uploads = 0
         self.commands = 0  # writes to the command register with a command in it
-        self._faults = [f for f in faults if f.kind not in ("local", "off")]
+        self._faults = [f for f in faults if f.at is not None]
         self._cut: tuple[str, float] = ("", 0.0)
         self._ints_in, self._ints_out = [0] * 48, [0] * 48
         self._doubles_in = [0.0] * 48
         self._written = 0.0
         self._patience = 0.0
         for fault in faults:
-            if fault.kind == "local":
-                self.remote = False
-            if fault.kind == "off":
-                self.robot_mode = 3
+            if fault.at is None:
+                self._begin_with(fault.kind)
 
     @property
     def joints_still(self) -> bool:
@@ -70,12 +72,12 @@ class Controller:
 
     @property
     def cut(self) -> str:
-        """'drop' or 'mute' while the link is broken, else empty."""
+        """What is done to the link now, a name of `faults.LINKS`; empty while it is well."""
         kind, until = self._cut
         return kind if self.now < until else ""
 
     def break_link(self, kind: str, length: float) -> float:
-        """Break the link for `length` [s]: 'drop' the connections, or 'mute' them; when it was."""
+        """Break the link for `length` [s] as `kind` says, of `faults.LINKS`; when it was."""
         self._cut = (kind, self.now + length)
         self._log(f"{kind} for {length:g} s")
         return self.now
@@ -88,6 +90,9 @@ class Controller:
                 self._ints_in[int(index)] = value
             elif kind == "input_double" and isinstance(value, float):
                 self._doubles_in[int(index)] = value
+        slider = values.get("speed_slider_fraction")
+        if values.get("speed_slider_mask") and isinstance(slider, float):
+            self.set_slider(slider)
         if "input_int_register_0" in values:
             self._written = self.now
             self.commands += self._ints_in[0] != 0
@@ -117,8 +122,10 @@ class Controller:
                 return powered | (_PLAYING if self.playing else 0)
             case "runtime_state":
                 return 2 if self.playing else 1
-            case "speed_scaling" | "target_speed_fraction":
-                return 1.0
+            case "target_speed_fraction":
+                return self.slider
+            case "speed_scaling":
+                return self.scaling
         return _ZERO[OUTPUTS[name]]
 
     # --- the program ----------------------------------------------------------------------
@@ -133,7 +140,7 @@ class Controller:
         if CONTROL not in text:
             self._log("a program that the virtual controller does not know: not run")
             return
-        if self.safety_mode != 1 or self.robot_mode != 7 or not self.remote:
+        if not self._ready or not self.remote:
             self._log("a program was refused: the robot is not ready for it")
             return
         self._ints_out[0] = 0
@@ -175,16 +182,41 @@ class Controller:
             program.step(self.joints.still, dt)
             if program.ended:
                 self.end_program(program.ended)
-        if self.safety_mode != 1 or self.robot_mode != 7:
+        if not self._ready:
             self.joints.step(np.zeros(6), STOP, dt)
         elif self.program is None:
             self.joints.step(np.zeros(6), HALT, dt)
         else:
-            self.joints.step(self.program.drive.target, self.program.drive.acceleration, dt)
+            drive = self.program.drive
+            self.joints.step(self._slowed(drive.target), drive.acceleration, dt)
         if self.fastest > 0.0 and self.moved_at is None:
             self.moved_at = self.now
             self._log("the arm moves for the first time")
         self.trace.append((self.now, self.fastest))
+
+    @property
+    def _ready(self) -> bool:
+        """May the arm move?"""
+        return self.safety_mode in (_NORMAL, _REDUCED) and self.robot_mode == 7
+
+    def _slowed(self, target: Array) -> Array:
+        """The velocity that is really driven: the slider's share of what was asked for, and in
+        reduced mode no more than is allowed there (assumed to hold for `speedj`, too)."""
+        asked = self.slider * target
+        fastest = np.abs(asked).max()
+        limited = self.safety_mode == _REDUCED and fastest > REDUCED_SPEED
+        self.scaling = float(REDUCED_SPEED / fastest) if limited else 1.0
+        return asked * self.scaling
+
+    def set_slider(self, share: float) -> None:
+        """Move the speed slider to `share`, 0..1."""
+        self.slider = min(max(share, 0.0), 1.0)
+        self._log(f"the speed slider is at {100.0 * self.slider:.0f} %")
+
+    def reduce(self) -> None:
+        """Change to the reduced mode of the safety system."""
+        self.safety_mode = _REDUCED
+        self._log("reduced mode")
 
     def stop(self, safety_mode: int) -> None:
         """A protective (3) or an emergency stop (7)."""
@@ -196,7 +228,7 @@ class Controller:
 
     def unlock(self) -> None:
         """What a person does at the pendant: the arm is ready again, no program runs."""
-        self.safety_mode, self.robot_mode = 1, 7
+        self.safety_mode, self.robot_mode = _NORMAL, 7
         self._log("unlocked")
 
     def _log(self, line: str) -> None:
@@ -205,15 +237,31 @@ class Controller:
         if self._say is not None:
             self._say(line)
 
+    def _begin_with(self, kind: str) -> None:
+        if kind == "local":
+            self.remote = False
+        elif kind == "off":
+            self.robot_mode = 3
+        else:
+            self._cut = (kind, np.inf)
+
     def _inject(self) -> None:
         if self.moved_at is None:
             return
-        for fault in [f for f in self._faults if self.now - self.moved_at >= f.at]:
+        since = self.now - self.moved_at
+        for fault in [f for f in self._faults if f.at is not None and since >= f.at]:
             self._faults.remove(fault)
-            if fault.kind in ("drop", "mute"):
-                self.break_link(fault.kind, fault.length)
-            else:
-                self.stop(3 if fault.kind == "protective" else 7)
+            match fault.kind:
+                case "protective":
+                    self.stop(3)
+                case "emergency":
+                    self.stop(7)
+                case "slider":
+                    self.set_slider(fault.value)
+                case "reduced":
+                    self.reduce()
+                case kind:
+                    self.break_link(kind, fault.value)
 
 
 _ZERO: dict[str, Value] = {

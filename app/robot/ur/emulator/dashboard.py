@@ -4,7 +4,7 @@ from app.robot.ur.emulator.controller import MODEL, VERSION, Controller
 
 GREETING = "Connected: Universal Robots Dashboard Server"
 _MODES = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
-_SAFETY = {1: "NORMAL", 3: "PROTECTIVE_STOP", 7: "ROBOT_EMERGENCY_STOP"}
+_SAFETY = {1: "NORMAL", 2: "REDUCED", 3: "PROTECTIVE_STOP", 7: "ROBOT_EMERGENCY_STOP"}
 
 
 def answer(controller: Controller, line: str) -> str:

@@ -6,6 +6,7 @@ side by side on addresses of their own (127.0.0.2, 127.0.0.3, ...).
 
 import asyncio
 import logging
+import random
 import threading
 from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
@@ -14,7 +15,7 @@ from app.errors import ServerError
 from app.robot.ur.emulator.controller import PERIOD, Controller
 from app.robot.ur.emulator.dashboard import GREETING, answer
 from app.robot.ur.emulator.rtde import RtdeClient
-from app.robot.ur.wire import WireError, split
+from app.robot.ur.wire import Kind, WireError, split
 from app.timing import WallClock
 
 log = logging.getLogger(__name__)
@@ -36,6 +37,9 @@ class Emulator:
         self.controller, self.host = controller, host
         self._writers: _Writers = {}
         self._owners: dict[str, RtdeClient] = {}
+        self._held: list[tuple[asyncio.StreamWriter, bytes]] = []  # states that a stall holds up
+        self._noise = random.Random(0)
+        self._cut = ""  # what was done to the link in the last cycle
         self._loop = asyncio.new_event_loop()
         self._quit = asyncio.Event()
         self._ready = threading.Event()
@@ -106,14 +110,31 @@ class Emulator:
             await asyncio.sleep(max(0.0, next_at - clock.now()))
 
     def _send(self) -> None:
-        if self.controller.cut == "drop":
+        cut, before = self.controller.cut, self._cut
+        self._cut = cut
+        if cut == "drop" or (cut == "silent" and before != "silent"):
             self._cut_all()
-        if self.controller.cut:
+        if cut in ("drop", "mute", "silent"):
             return
         for writer, client in self._writers.items():
             data = client.data() if client is not None else b""
-            if data and writer.transport.get_write_buffer_size() < BACKLOG:
-                writer.write(data)
+            if data:
+                self._held.append((writer, self._garbled(data) if cut == "corrupt" else data))
+        if cut != "stall":
+            for writer, data in self._held:
+                if writer in self._writers and writer.transport.get_write_buffer_size() < BACKLOG:
+                    writer.write(data)
+            self._held.clear()
+
+    def _garbled(self, data: bytes) -> bytes:
+        """As many bytes of noise, behind a size that no packet has."""
+        return bytes(2) + self._noise.randbytes(len(data) - 2)
+
+    async def _deaf(self) -> bool:
+        """Is what came in lost? Waits as long as a stall holds it up."""
+        while self.controller.cut == "stall":
+            await asyncio.sleep(PERIOD)
+        return self.controller.cut in ("drop", "mute")
 
     def _cut_all(self) -> None:
         for writer in list(self._writers):
@@ -145,7 +166,7 @@ class Emulator:
     async def _dashboard(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         writer.write(f"{GREETING}\n".encode())
         while line := await reader.readline():
-            if self.controller.cut:
+            if await self._deaf():
                 continue
             text = answer(self.controller, line.decode("utf-8", "replace"))
             writer.write(f"{text}\n".encode())
@@ -156,7 +177,7 @@ class Emulator:
         lines: list[bytes] = []
         size = 0
         while line := await reader.readline():
-            if self.controller.cut:
+            if await self._deaf():
                 continue
             lines.append(line)
             size += len(line)
@@ -171,10 +192,12 @@ class Emulator:
         self._writers[writer] = client
         rest = b""
         while data := await reader.read(65536):
-            if self.controller.cut:
+            if await self._deaf():
                 continue
             packets, rest = split(rest + data)
             for packet in packets:
+                if self.controller.cut == "silent" and packet.kind != Kind.VERSION:
+                    continue
                 reply = client.take(packet)
                 if reply:
                     writer.write(reply)
