@@ -49,9 +49,11 @@ def _as_stranger(door: Door, reached: str) -> None:
     try:
         _call(door, reached, "https://stranger.invalid").close()
     except InvalidStatus as e:
-        if e.response.status_code == 403 and door.made == made + 1:
-            return
-        _refuse(f"a foreign Origin was answered {e.response.status_code} instead of 403")
+        if e.response.status_code != 403:
+            _refuse(f"a foreign Origin was answered {e.response.status_code} instead of 403")
+        if door.made != made + 1:
+            _refuse("a foreign Origin was answered 403 by sockets that are not ours")
+        return
     _refuse("a foreign Origin was let in")
 
 
@@ -65,15 +67,21 @@ def _as_page(server: viser.ViserServer, door: Door, reached: str) -> None:
         if door.gate.page(next(iter(door.places.inside), None)) != client.client_id:
             _refuse("a page's socket does not belong to the page that viser knows")
         page.send("knock, knock")
-        code = None
-        try:
-            while True:
-                page.recv(timeout=PATIENCE)
-        except ConnectionClosed as e:
-            code = e.rcvd.code if e.rcvd is not None else None
-        if code != CloseCode.POLICY_VIOLATION:
-            _refuse(f"nonsense was answered {code} instead of {CloseCode.POLICY_VIOLATION}")
+        end = _end(page)
+        if end != CloseCode.POLICY_VIOLATION:
+            _refuse(f"nonsense was answered {end} instead of {CloseCode.POLICY_VIOLATION:d}")
     _until(lambda: not server.get_clients() and not door.places.inside, "a page cannot be closed")
+
+
+def _end(page: ClientConnection) -> int | None:
+    """Read to the end of the connection; the code that it was closed with."""
+    try:
+        while True:
+            page.recv(timeout=PATIENCE)
+    except ConnectionClosed as e:
+        return e.rcvd.code if e.rcvd is not None else None
+    except TimeoutError:
+        return None
 
 
 def _call(door: Door, reached: str, origin: str) -> ClientConnection:
