@@ -77,14 +77,14 @@ class RawPage:
 
 @asynccontextmanager
 async def raw_page(
-    server: viser.ViserServer, origin: str = "", cookie: str = "", **way: Any
+    server: viser.ViserServer, origin: str = "", headers: dict[str, str] | None = None, **way: Any
 ) -> AsyncIterator[RawPage]:
     """An open page that the server knows: it has told where its camera is."""
     url = page_url(server)
     async with connect(
         url.replace("http", "ws"),
         origin=origin or url,  # type: ignore[arg-type]
-        additional_headers={"Cookie": cookie} if cookie else None,
+        additional_headers=headers,
         subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
         proxy=None,
         max_size=None,

@@ -4,6 +4,7 @@ import asyncio
 import errno
 import logging
 import socket
+from asyncio import constants
 from collections.abc import AsyncIterator, Iterator
 from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from typing import Any
@@ -160,18 +161,38 @@ def test_a_browser_that_has_operated_finds_a_place_when_strangers_do_not(
 
     async def scene() -> None:
         mine = cookie(page)
-        async with raw_page(page.server, cookie=mine) as me:
+        async with raw_page(page.server, headers=mine) as me:
             assert page.access.operator == me.number
         async with AsyncExitStack() as stack:
             with pytest.raises(InvalidStatus) as e:
                 while True:  # the clock stands still
-                    await stack.enter_async_context(raw_page(page.server, cookie=cookie(page)))
+                    await stack.enter_async_context(raw_page(page.server, headers=cookie(page)))
             assert e.value.response.status_code == 429
-            async with raw_page(page.server, cookie=mine) as again:
+            async with raw_page(page.server, headers=mine) as again:
                 await stops(page, again, engine)
 
     play(scene())
     assert "too many were opened" in log.text
+
+
+def test_behind_a_proxy_a_page_comes_from_where_the_proxy_says(
+    engine: FakeEngine, clock: ManualClock
+) -> None:
+    def whence(page: Page, *, through_proxy: bool) -> str:
+        async def scene() -> str:
+            headers = {"X-Forwarded-For": "127.9.9.9, 192.0.2.7"} if through_proxy else None
+            async with raw_page(page.server, headers=headers) as one:
+                return str(page.gate.inside.socket(one.number).neighbourhood)
+
+        return play(scene())
+
+    for origins, address in (((), "127.0.0.1"), (("https://cell.example",), "192.0.2.7")):
+        page = Page(engine, port=0, clock=clock, token=TOKEN, origins=origins)
+        try:
+            assert whence(page, through_proxy=True) == address
+            assert whence(page, through_proxy=False) == "127.0.0.1"
+        finally:
+            page.server.stop()
 
 
 def test_where_all_are_trusted_a_stranger_is_turned_away(
@@ -192,8 +213,8 @@ def test_where_all_are_trusted_a_stranger_is_turned_away(
     assert "6 are open" in log.text
 
 
-def cookie(page: Page) -> str:
-    """What a browser is given with the page."""
+def cookie(page: Page) -> dict[str, str]:
+    """What a browser is given with the page, as it sends it back."""
     with socket.create_connection(("127.0.0.1", page.server.get_port()), timeout=5.0) as s:
         s.sendall(b"GET / HTTP/1.1\r\nHost: x\r\n\r\n")
         head = b""
@@ -201,7 +222,7 @@ def cookie(page: Page) -> str:
             head += s.recv(65536)
     (line,) = [x for x in head.decode("latin-1").split("\r\n") if x.startswith("Set-Cookie: ")]
     assert "HttpOnly" in line and "SameSite" in line
-    return line.removeprefix("Set-Cookie: ").partition(";")[0]
+    return {"Cookie": line.removeprefix("Set-Cookie: ").partition(";")[0]}
 
 
 # --- the token ------------------------------------------------------------------------------
@@ -268,11 +289,11 @@ def test_more_bytes_than_a_page_sends_end_its_connection(page: Page, log: Any) -
     async def scene() -> None:
         async with raw_page(page.server) as stranger:
             for _ in range(40):  # fewer than the frames that are too many
-                await stranger.raw(b"\xc0" * 60_000)
+                await stranger.say("CommandTriggerMessage", uuid="x" * 60_000)
             assert await stranger.closed() in (1008, 1006)
 
     play(scene())
-    assert "closed" in log.text and len(log.records) == 1
+    assert "more than 256 kB a second; closed" in log.text and len(log.records) == 2
 
 
 def test_a_stop_right_before_the_page_is_closed_is_heard(page: Page, engine: FakeEngine) -> None:
@@ -422,7 +443,7 @@ def test_without_file_handles_open_pages_go_on_and_the_log_stays_short(
     page: Page, engine: FakeEngine, log: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     accept = socket.socket.accept
-    monkeypatch.setattr(asyncio.constants, "ACCEPT_RETRY_DELAY", 0.02)
+    monkeypatch.setattr(constants, "ACCEPT_RETRY_DELAY", 0.02)
 
     def none_left(self: socket.socket) -> Any:
         raise OSError(errno.EMFILE, "Too many open files")

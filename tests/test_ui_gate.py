@@ -20,7 +20,7 @@ from app.config import tunables
 from app.messages import Mode
 from app.timing import ManualClock, WallClock
 from app.ui.access import LEFT_ALONE, TRY_AGAIN
-from app.ui.connection import BURST, LARGEST
+from app.ui.connection import BURST, LARGEST, RATE
 from app.ui.page import Page
 from tests.raw_page import RawPage, play, raw_page, until
 from tests.ui_page import FakeEngine, show, snapshot, the_engine  # noqa: F401 - fixtures
@@ -392,7 +392,7 @@ def test_a_flood_ends_its_connection_and_fills_no_log(
             await still_works(page, operator, engine)
 
     play(scene())
-    assert "more than 200 frames a second" in log.text
+    assert f"more than {RATE:g} frames a second" in log.text
     assert len(log.records) <= 3
 
 

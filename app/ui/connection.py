@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 
 from websockets.asyncio.server import ServerConnection
 from websockets.frames import CloseCode
-from websockets.protocol import State
+from websockets.protocol import SEND_EOF, State
 
 from app.ui.access import words
 from app.ui.listener import neighbourhood
@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from app.ui.door import Door
 
 LARGEST = 64 * 1024  # [bytes] of one message; a page's own are below one kilobyte
-RATE, BURST = 200.0, 200.0  # [1/s] frames of one page; a hand that drags sends at most 80
+RATE, BURST = 100.0, 200.0  # [1/s] frames of one page; a hand that drags sends at most 80
+OWN, OWN_BURST = 20.0, 40.0  # [1/s] messages of a page that watches; beyond, see Gate.surplus
 BYTES, BYTES_BURST = 256.0 * 1024, 1024.0 * 1024  # [bytes/s] of one page
 HEAD = 16 * 1024  # [bytes] of a request; a browser's is below two kilobytes
 SLICE = 1024  # [bytes] parsed at once
@@ -42,7 +43,9 @@ class GatedConnection(ServerConnection):
         super().__init__(*args, **options)
         self._door, self._gate = door, door.gate
         self._frames, self._bytes = Bucket(RATE, BURST), Bucket(BYTES, BYTES_BURST)
+        self._own = Bucket(OWN, OWN_BURST)
         self._head = self._overlooked = 0
+        self.counted = 0  # frames
         self._over = False  # nothing more is parsed
         self._cut = False  # nothing more is given to viser
         self.visitor = ""  # the browser, by its cookie; set by the door
@@ -53,11 +56,14 @@ class GatedConnection(ServerConnection):
         """Who has to go first when there are too many."""
         return self._gate.rank(self)
 
+    def comes_from(self, address: str) -> None:
+        """Who is at the other end; whose share it uses up."""
+        self.address, self.neighbourhood = address[:64], neighbourhood(address[:64])
+
     # --- asyncio's callbacks ----------------------------------------------------------------
 
     def connection_made(self, transport: Any) -> None:
-        self.address = (transport.get_extra_info("peername") or ["?"])[0]
-        self.neighbourhood = neighbourhood(self.address)
+        self.comes_from((transport.get_extra_info("peername") or ["?"])[0])
         super().connection_made(transport)
         self._door.arrived(self)
 
@@ -96,9 +102,11 @@ class GatedConnection(ServerConnection):
         """One parsed frame, or the request; the pong to a ping is on its way already."""
         if self._over:
             return
-        if self.request is not None and not self._frames.take(self._gate.clock.now()):
-            self.cut("frames", f"more than {RATE:g} frames a second")
-            return
+        if self.request is not None:
+            self.counted += 1
+            if not self._frames.take(self._gate.clock.now()):
+                self.cut("frames", f"more than {RATE:g} frames a second")
+                return
         super().process_event(event)
 
     # --- what viser reads -------------------------------------------------------------------
@@ -109,7 +117,7 @@ class GatedConnection(ServerConnection):
             if self._cut:
                 await self._closed()
             try:
-                why = self._gate.passes(self._gate.page(self), raw)
+                why = self._busy() or self._gate.passes(self._gate.page(self), raw)
             except MalformedError as e:
                 self.cut("malformed", str(e))
                 await self._closed()
@@ -117,9 +125,30 @@ class GatedConnection(ServerConnection):
                 return raw
             self._tell("misuse", why)
 
+    def _busy(self) -> str:
+        """Why a message is not even looked at: a crowd that watches shall not use up the processor.
+
+        Each page has its own share, so a Stop passes however much the others send.
+        """
+        now = self._gate.clock.now()
+        if self._own.take(now) or self.rank is Rank.OPERATOR or self._gate.surplus.take(now):
+            return ""
+        return "more messages than all who watch may send together"
+
     def recv_streaming(self, decode: bool | None = None) -> Any:
         """Parts of messages cannot be judged, so there is no such way."""
         raise NotImplementedError("messages are read whole here: use recv")
+
+    def send_data(self) -> None:
+        """Write what waits at once; nothing to a socket that is gone: asyncio logs each try."""
+        data = self.protocol.data_to_send()
+        if self.transport.is_closing():
+            return
+        whole = b"".join(data)
+        if whole:
+            self.transport.write(whole)
+        if SEND_EOF in data and not self.transport.is_closing():
+            self.transport.write_eof()
 
     # --- the end ----------------------------------------------------------------------------
 

@@ -34,8 +34,8 @@ from app.ui.places import Places, Rank
 MOST_PAGES = 16  # open at once: each costs the processor that moves the arm some per cent
 MOST_WAITING = 48  # sockets that have not (yet) become a page
 FILES, FILES_BURST = 5.0, 40.0  # [1/s] of one neighbourhood; the page is one file of a megabyte
-OPENINGS, OPENINGS_BURST = 0.5, 2.0 * MOST_PAGES  # [1/s] pages of one neighbourhood, or browser
-ALL_OPENINGS, ALL_BURST = 2.0, 4.0 * MOST_PAGES  # [1/s] pages of strangers: each is sent a scene
+OPENINGS, OPENINGS_BURST = 0.5, 8.0  # [1/s] pages of one neighbourhood, or of one known browser
+ALL_OPENINGS, ALL_BURST = 2.0, 16.0  # [1/s] pages of strangers: each is sent the whole scene
 PROTOCOL = f"viser-v{viser.__version__}"
 HEADERS = {
     # in a frame of somebody else's page a person could be led to press a button unseen
@@ -105,6 +105,9 @@ class Door:
             return self._refuse(socket, HTTPStatus.FORBIDDEN, "origin", told,
                                 "this page may only be used from its own address")  # fmt: skip
         socket.visitor = self._cookie(headers)
+        forwarded = ",".join(headers.get_all("X-Forwarded-For")).rpartition(",")[2].strip()
+        if forwarded and self._origins and socket.local_address[0] == socket.address:
+            socket.comes_from(forwarded)  # our proxy, on this machine, says for whom it asks
         return self._page(socket, headers) if upgrade else self._file(serve_file, socket, request)
 
     def _page(self, socket: GatedConnection, headers: Headers) -> Response | None:
@@ -125,7 +128,7 @@ class Door:
             return self._refuse(socket, HTTPStatus.SERVICE_UNAVAILABLE, "full", told,
                                 f"{MOST_PAGES} pages are open; close one")  # fmt: skip
         if goes is not None:
-            why = f"more than {MOST_PAGES} pages: the one that was opened first"
+            why = f"its place to another: {MOST_PAGES} pages are open, and it was first"
             goes.cut("crowd", why, CloseCode.TRY_AGAIN_LATER)
         return None
 
@@ -174,7 +177,7 @@ class Door:
         """What asyncio would have written: strangers can cause some of it."""
         error = context.get("exception")
         if not isinstance(error, PausedError):  # the listener has told why
-            self.gate.log.tell("loop", context["message"], error)
+            self.gate.log.tell("loop", context.get("message", "asyncio"), error)
 
 
 def bracketed(host: str) -> str:

@@ -21,10 +21,12 @@ from app.timing import Clock
 from app.ui.access import Access, words
 from app.ui.inside import Inside
 from app.ui.paced_log import PacedLog
+from app.ui.pacing import Bucket
 from app.ui.places import Rank
 from app.ui.wire import WATCHING, UnusedError, decoded, misfit
 
 log = logging.getLogger(__name__)
+SURPLUS, SURPLUS_BURST = 200.0, 200.0  # [1/s] messages of all who watch, beyond each page's own
 MOST_KNOWN = 8  # browsers that have operated and are known again
 
 Answer = Callable[[int, m.Message, str], None]  # page, what it sent, why it was refused
@@ -38,6 +40,7 @@ class Gate:
         self.log = PacedLog(log)
         self.free: set[str] = set()  # controls by uuid that every page may use
         self.refused = 0
+        self.surplus = Bucket(SURPLUS, SURPLUS_BURST)
         self._known: dict[str, None] = {}  # browsers by cookie, the newest last
         self._inside: Inside | None = None
         self._answer: Answer | None = None

@@ -116,9 +116,10 @@ def _behind(door: Door, host: str, title: str) -> viser.ViserServer:
             threading.Thread(target=start, name="start viser", daemon=True).start()
             server = outcome.get(timeout=START)
         except queue.Empty:
+            # `serve` stays ours: should viser still come, it shall not come up unguarded
+            door.opened += 1
             raise ServerError(f"viser has not come up within {START:g} s; start again") from None
-        finally:
-            ws_server.serve = real_serve  # type: ignore[misc]
+        ws_server.serve = real_serve  # type: ignore[misc]
     if isinstance(server, ServerError):
         raise server
     if isinstance(server, BaseException):
