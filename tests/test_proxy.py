@@ -175,7 +175,9 @@ def test_the_web_socket_works_through_the_proxy(proxy: Proxy) -> None:
 def test_nobody_can_pretend_to_come_from_another_address(proxy: Proxy, page: Page) -> None:
     with open_socket(proxy, ORIGIN, X_Forwarded_For="192.0.2.7") as client:
         client.recv(timeout=5.0)
-        addresses = {socket.neighbourhood for socket in page.gate.inside.sockets()}
+        addresses = {
+            s.neighbourhood for s in page.server._websock_server._live_connections.values()
+        }
     assert addresses == {"127.0.0.1"}
 
 

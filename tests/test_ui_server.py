@@ -205,7 +205,9 @@ def test_a_page_that_is_not_behind_the_door_is_not_started(
         assert server.get_port() == port
 
 
-def test_trying_the_door_leaves_nothing_behind(caplog: pytest.LogCaptureFixture) -> None:
+def test_trying_the_door_leaves_nothing_behind_and_says_nothing(
+    caplog: pytest.LogCaptureFixture, capfd: pytest.CaptureFixture[str]
+) -> None:
     gate = Gate(Access(), WallClock())
     server = open_page(port=0, gate=gate)
     try:
@@ -213,7 +215,7 @@ def test_trying_the_door_leaves_nothing_behind(caplog: pytest.LogCaptureFixture)
         assert gate.access.operator is None
     finally:
         close_page(server)
-    assert caplog.records == []
+    assert caplog.records == [] and capfd.readouterr() == ("", "")
 
 
 def test_a_stopped_server_frees_its_port() -> None:

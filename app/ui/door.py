@@ -94,64 +94,64 @@ class Door:
             return
         await handler(connection)
 
-    def _asked(self, serve_file: Guard, socket: GatedConnection, request: Request) -> Any:
+    def _asked(self, serve_file: Guard, comer: GatedConnection, request: Request) -> Any:
         """Answer a request: a refusal, a file, or None to make it a page's socket."""
         headers = request.headers
         upgrade = "Upgrade" in headers
         origins = headers.get_all("Origin")
-        known = self._known_origins(socket)
+        known = self._known_origins(comer)
         if any(o not in known for o in origins) or (upgrade and not origins):
             told = f"refused a page from {', '.join(origins)[:100]!r}: no known origin"
-            return self._refuse(socket, HTTPStatus.FORBIDDEN, "origin", told,
+            return self._refuse(comer, HTTPStatus.FORBIDDEN, "origin", told,
                                 "this page may only be used from its own address")  # fmt: skip
-        socket.visitor = self._cookie(headers)
+        comer.visitor = self._cookie(headers)
         forwarded = ",".join(headers.get_all("X-Forwarded-For")).rpartition(",")[2].strip()
-        if forwarded and self._origins and socket.local_address[0] == socket.address:
-            socket.comes_from(forwarded)  # our proxy, on this machine, says for whom it asks
-        return self._page(socket, headers) if upgrade else self._file(serve_file, socket, request)
+        if forwarded and self._origins and comer.local_address[0] == comer.address:
+            comer.comes_from(forwarded)  # our proxy, on this machine, says for whom it asks
+        return self._page(comer, headers) if upgrade else self._file(serve_file, comer, request)
 
-    def _page(self, socket: GatedConnection, headers: Headers) -> Response | None:
+    def _page(self, comer: GatedConnection, headers: Headers) -> Response | None:
         if "viser-v" not in ", ".join(headers.get_all("Sec-WebSocket-Protocol")):
-            told = f"refused a socket of {socket.address} that does not speak as a page does"
-            return self._refuse(socket, HTTPStatus.BAD_REQUEST, "protocol", told,
+            told = f"refused a socket of {comer.address} that does not speak as a page does"
+            return self._refuse(comer, HTTPStatus.BAD_REQUEST, "protocol", told,
                                 "this is no address for anything but its own page")  # fmt: skip
         now = self.gate.clock.now()
-        trusted = socket.rank > Rank.STRANGER
-        often = not self._openings.take(socket.visitor if trusted else socket.neighbourhood, now)
+        trusted = comer.rank > Rank.STRANGER
+        often = not self._openings.take(comer.visitor if trusted else comer.neighbourhood, now)
         if often or not (trusted or self._all_openings.take(now)):
-            told = f"refused a page of {socket.address}: too many were opened"
-            return self._refuse(socket, HTTPStatus.TOO_MANY_REQUESTS, "often", told,
+            told = f"refused a page of {comer.address}: too many were opened"
+            return self._refuse(comer, HTTPStatus.TOO_MANY_REQUESTS, "often", told,
                                 "too many pages were opened; wait a moment")  # fmt: skip
-        inside, goes = self.places.enter(socket)
+        inside, goes = self.places.enter(comer)
         if not inside:
-            told = f"refused a page of {socket.address}: {MOST_PAGES} are open"
-            return self._refuse(socket, HTTPStatus.SERVICE_UNAVAILABLE, "full", told,
+            told = f"refused a page of {comer.address}: {MOST_PAGES} are open"
+            return self._refuse(comer, HTTPStatus.SERVICE_UNAVAILABLE, "full", told,
                                 f"{MOST_PAGES} pages are open; close one")  # fmt: skip
         if goes is not None:
             why = f"its place to another: {MOST_PAGES} pages are open, and it was first"
             goes.cut("crowd", why, CloseCode.TRY_AGAIN_LATER)
         return None
 
-    def _file(self, serve_file: Guard, socket: GatedConnection, request: Request) -> Any:
-        if not self._files.take(socket.neighbourhood, self.gate.clock.now()):
-            told = f"refused a file to {socket.address}: too many were asked for"
-            return self._refuse(socket, HTTPStatus.TOO_MANY_REQUESTS, "files", told,
+    def _file(self, serve_file: Guard, comer: GatedConnection, request: Request) -> Any:
+        if not self._files.take(comer.neighbourhood, self.gate.clock.now()):
+            told = f"refused a file to {comer.address}: too many were asked for"
+            return self._refuse(comer, HTTPStatus.TOO_MANY_REQUESTS, "files", told,
                                 "too many files were asked for; wait a moment")  # fmt: skip
-        response = serve_file(socket, request)
+        response = serve_file(comer, request)
         if response is not None:
             for name, value in HEADERS.items():
                 response.headers[name] = value
-            if not socket.visitor:
+            if not comer.visitor:
                 cookie = f"{self._cookie_name}={secrets.token_urlsafe(16)}"
                 response.headers["Set-Cookie"] = f"{cookie}; Path=/; HttpOnly; SameSite=Lax"
         return response
 
     def _refuse(
-        self, socket: GatedConnection, status: HTTPStatus, kind: str, told: str, answer: str
+        self, comer: GatedConnection, status: HTTPStatus, kind: str, told: str, answer: str
     ) -> Response:
         self.gate.refused += 1
         self.gate.log.tell(kind, told)
-        return socket.respond(status, f"{answer}\n")
+        return comer.respond(status, f"{answer}\n")
 
     def _known_origins(self, connection: GatedConnection) -> set[str]:
         reached, port = connection.local_address[:2]

@@ -46,10 +46,6 @@ class Inside:
         """The number of the page on a socket, -1 if viser does not know it (yet)."""
         return next((page for page, known in self._sockets.items() if known is socket), -1)
 
-    def sockets(self) -> list[Any]:
-        """Those of all pages."""
-        return list(self._sockets.values())
-
     def socket(self, page: int) -> Any:
         """The socket of a page, None if it is gone."""
         return self._sockets.get(page)
