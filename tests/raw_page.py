@@ -76,16 +76,20 @@ class RawPage:
 
 
 @asynccontextmanager
-async def raw_page(server: viser.ViserServer, origin: str = "") -> AsyncIterator[RawPage]:
+async def raw_page(
+    server: viser.ViserServer, origin: str = "", headers: dict[str, str] | None = None, **way: Any
+) -> AsyncIterator[RawPage]:
     """An open page that the server knows: it has told where its camera is."""
     url = page_url(server)
     async with connect(
         url.replace("http", "ws"),
         origin=origin or url,  # type: ignore[arg-type]
+        additional_headers=headers,
         subprotocols=[f"viser-v{viser.__version__}"],  # type: ignore[list-item]
         proxy=None,
         max_size=None,
         close_timeout=1.0,
+        **way,
     ) as socket:
         page = RawPage(socket)
         before = set(server.get_clients())

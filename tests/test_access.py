@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule
 
 from app.errors import AccessError, ConfigError
-from app.ui.access import LEFT_ALONE, TRY_AGAIN, Access
+from app.ui.access import LEFT_ALONE, TRY_AGAIN, Access, NotYetError
 from app.ui.entrance import LONGEST, SHORTEST, VARIABLE, beyond, checked_origin, operator_token
 
 TOKEN = "correct horse battery"
@@ -61,7 +61,7 @@ def test_the_lease_is_not_taken_out_of_a_hand_at_work() -> None:
     access.arrive(1, 0.0)
     access.acted(0, 50.0)
     access.acted(1, 55.0)  # a hand at another page does not count
-    with pytest.raises(AccessError, match=r"page 1 operates.* 20 s more"):
+    with pytest.raises(AccessError, match=r"page 0 operates.* 20 s more"):
         access.take(1, 50.0 + LEFT_ALONE - 20.0)
     assert access.operator == 0
 
@@ -107,15 +107,65 @@ def test_the_token_is_told_once_and_forgotten_with_the_page() -> None:
     assert not access.trusts(0)
 
 
-def test_tokens_cannot_be_tried_fast() -> None:
+def test_a_page_cannot_try_tokens_fast() -> None:
     access = Access(TOKEN)
     access.arrive(0, 0.0)
-    with pytest.raises(AccessError):
+    with pytest.raises(AccessError, match="not the operator token"):
         access.tell(0, "a guess", 10.0)
-    with pytest.raises(AccessError, match="wait a moment"):
+    with pytest.raises(NotYetError, match="waits for its turn, with 0 before it"):
         access.tell(0, TOKEN, 10.0 + 0.5 * TRY_AGAIN)
     access.tell(0, TOKEN, 10.0 + 1.5 * TRY_AGAIN)
     assert access.trusts(0)
+
+
+def judged(access: Access, page: int, token: str, now: float) -> bool:
+    """Whether a try was judged; it was wrong, then."""
+    try:
+        access.tell(page, token, now)
+    except NotYetError:
+        return False
+    except AccessError:
+        return True
+    raise AssertionError("the guess was right")
+
+
+def test_opening_pages_makes_guessing_no_faster() -> None:
+    """2000 guesses over new pages within ten seconds: eleven are judged."""
+    access, count = Access(TOKEN), 0
+    for k in range(2000):
+        now = k * 0.005
+        access.arrive(k, now)
+        count += judged(access, k, f"guess {k}", now)
+        access.leave(k)
+    assert count <= 1 + 10.0 / TRY_AGAIN
+
+
+def test_who_guesses_keeps_the_right_token_waiting_for_one_try_of_each_page() -> None:
+    access, strangers, me = Access(TOKEN), range(15), 99
+    for page in (*strangers, me):
+        access.arrive(page, 0.0)
+    for page in strangers:
+        judged(access, page, "a guess", 0.0)
+    judged(access, me, TOKEN, 0.0)
+    now = 0.0
+    while not access.trusts(me):
+        now += 0.05
+        for page in strangers:  # they never rest, and are asked first
+            judged(access, page, "another", now)
+        with suppress(NotYetError):
+            access.tell(me, TOKEN, now)
+    assert now <= len(strangers) * TRY_AGAIN + 0.5
+
+
+def test_a_closed_page_gives_its_turn_up() -> None:
+    access = Access(TOKEN)
+    for page in range(3):
+        access.arrive(page, 0.0)
+        with suppress(AccessError):
+            access.tell(page, "a guess", 0.0)
+    access.leave(1)
+    access.tell(2, TOKEN, TRY_AGAIN)
+    assert access.trusts(2)
 
 
 def test_a_page_that_never_arrived_cannot_operate() -> None:

@@ -119,7 +119,7 @@ def _listens(process: "subprocess.Popen[bytes]", port: int) -> None:
     raise AssertionError("nginx does not listen")
 
 
-def open_socket(proxy: Proxy, origin: str) -> ClientConnection:
+def open_socket(proxy: Proxy, origin: str, **headers: str) -> ClientConnection:
     """A web socket through the proxy; the name is not looked up, the certificate is."""
     version: Any = f"viser-v{viser.__version__}"
     return connect(
@@ -127,6 +127,7 @@ def open_socket(proxy: Proxy, origin: str) -> ClientConnection:
         sock=socket.create_connection(("127.0.0.1", proxy.tls), timeout=5.0),
         ssl=proxy.trust,
         origin=origin,  # type: ignore[arg-type]
+        additional_headers={name.replace("_", "-"): value for name, value in headers.items()},
         subprotocols=[version],
         max_size=None,
     )
@@ -150,6 +151,7 @@ def test_the_page_loads_through_the_proxy(proxy: Proxy) -> None:
     assert head.startswith("HTTP/1.1 200")
     assert b"<script" in body
     assert "Strict-Transport-Security" in head and "X-Frame-Options: DENY" in head
+    assert "Set-Cookie: flinch-" in head
 
 
 def test_plain_http_is_sent_to_tls(proxy: Proxy) -> None:
@@ -168,6 +170,15 @@ def test_plain_http_is_sent_to_tls(proxy: Proxy) -> None:
 def test_the_web_socket_works_through_the_proxy(proxy: Proxy) -> None:
     with open_socket(proxy, ORIGIN) as page:
         assert len(page.recv(timeout=5.0)) > 100  # the scene
+
+
+def test_nobody_can_pretend_to_come_from_another_address(proxy: Proxy, page: Page) -> None:
+    with open_socket(proxy, ORIGIN, X_Forwarded_For="192.0.2.7") as client:
+        client.recv(timeout=5.0)
+        addresses = {
+            s.neighbourhood for s in page.server._websock_server._live_connections.values()
+        }
+    assert addresses == {"127.0.0.1"}
 
 
 @pytest.mark.parametrize("origin", ["https://evil.example", "http://cell.example", "null"])

@@ -35,8 +35,7 @@ fields = st.sampled_from(
 
 def control(kind: str, disabled: bool = False) -> Any:
     value, props = CONTROLS[kind]
-    impl = SimpleNamespace(props=SimpleNamespace(disabled=disabled, **props))
-    return SimpleNamespace(value=value, _impl=impl)
+    return SimpleNamespace(value=value, disabled=disabled, **props)
 
 
 def judge(raw: bytes) -> None:

@@ -6,6 +6,10 @@ Every page watches; the page that holds the lease operates. What a laboratory wa
   one to be opened while nobody operates: a reload gives the lease back and takes it again.
 - With an operator token every page begins as a watcher; the token, told once, lets this page
   take the lease for as long as it stays open.
+- Tokens are tried one in `TRY_AGAIN` seconds, by all pages together and in the order in which
+  they came, one of a page at a time. So opening pages makes guessing no faster; and strangers
+  who guess keep the operator waiting for no longer than one try of every page that is open.
+  (To let a right token pass them would be to judge every guess at once.)
 - The lease is given back by its button and by a page that closes. Then a person at another
   page takes it; it is never handed on by itself.
 - It is not taken out of a hand at work. A page that was left alone for `LEFT_ALONE` seconds
@@ -20,9 +24,14 @@ import hashlib
 import hmac
 
 from app.errors import AccessError
+from app.ui.pacing import Bucket
 
 LEFT_ALONE = 60.0  # [s] without a hand at the operator's page, until another may take over
-TRY_AGAIN = 1.0  # [s] between two tries of a token by one page
+TRY_AGAIN = 1.0  # [s] between two tries of a token, whoever makes them
+
+
+class NotYetError(AccessError):
+    """Other pages' tries of a token come first; nothing was judged."""
 
 
 class Access:
@@ -33,7 +42,8 @@ class Access:
         self.operator: int | None = None
         self._key = _digest(token) if token else None  # the token itself is not kept
         self._trusted: dict[int, bool] = {}  # of the open pages
-        self._tried: dict[int, float] = {}
+        self._line: dict[int, None] = {}  # pages whose try waits, the first that came first
+        self._tries = Bucket(1.0 / TRY_AGAIN, 1.0)
         self._acted = 0.0
 
     @property
@@ -50,7 +60,7 @@ class Access:
     def leave(self, page: int) -> None:
         """A page has been closed, or its connection is lost."""
         self._trusted.pop(page, None)
-        self._tried.pop(page, None)
+        self.step_out(page)
         self.release(page)
 
     def trusts(self, page: int) -> bool:
@@ -58,16 +68,29 @@ class Access:
         return self._trusted.get(page, False)
 
     def tell(self, page: int, token: str, now: float) -> None:
-        """A page tells the token. `AccessError` if it is wrong or tried again too soon."""
+        """A page tells the token. `AccessError` if it is wrong, `NotYetError` if others are first.
+
+        After `NotYetError` the page is in the line, and its try is judged by telling it again.
+        """
         if self._key is None or self.trusts(page):
             return
-        last = self._tried.get(page)
-        if last is not None and now - last < TRY_AGAIN:
-            raise AccessError(f"one try in {TRY_AGAIN:g} s; wait a moment and tell the token again")
-        self._tried[page] = now
-        if page not in self._trusted or not hmac.compare_digest(_digest(token), self._key):
+        if page not in self._trusted:
+            raise AccessError("this page is not open; reload it")
+        self._line.setdefault(page)
+        ahead = list(self._line).index(page)
+        if ahead or not self._tries.take(now):
+            raise NotYetError(
+                f"one token in {TRY_AGAIN:g} s is tried: this one waits for its turn, with "
+                f"{ahead} before it; nothing has to be done"
+            )
+        del self._line[page]
+        if not hmac.compare_digest(_digest(token), self._key):
             raise AccessError("this is not the operator token; ask whoever started Flinch")
         self._trusted[page] = True
+
+    def step_out(self, page: int) -> None:
+        """The page's try shall not be judged any more."""
+        self._line.pop(page, None)
 
     def take(self, page: int, now: float) -> None:
         """Make the page the operator. `AccessError` if it may not, with what would help."""
@@ -99,8 +122,8 @@ class Access:
 
 
 def words(page: int | None) -> str:
-    """A page as people call it; they count from one."""
-    return "nobody" if page is None else f"page {page + 1}"
+    """A page as people call it; number 0 is the one that the program tries its own door with."""
+    return "nobody" if page is None else f"page {page}"
 
 
 def _digest(token: str) -> bytes:

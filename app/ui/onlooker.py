@@ -16,13 +16,9 @@ import viser
 from websockets.asyncio.client import connect
 
 from app.ui.engine import Engine
+from app.ui.knock import CAMERA
 from app.ui.page import Page
 
-CAMERA = {
-    "type": "ViewerCameraMessage", "wxyz": [1, 0, 0, 0], "position": [1.5, -2.0, 1.0], "fov": 0.8,
-    "near": 0.1, "far": 100, "image_height": 720, "image_width": 1280, "look_at": [0, 0, 0.5],
-    "up_direction": [0, 0, 1],
-}  # fmt: skip
 PATIENCE = 10.0  # [s] for the onlooker to be there
 
 

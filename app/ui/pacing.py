@@ -27,15 +27,31 @@ class Bucket:
         self._left = burst
         self._last: float | None = None
 
-    def take(self, now: float) -> bool:
-        """Whether there is one left for this moment; `now` [s]."""
+    def take(self, now: float, amount: float = 1.0) -> bool:
+        """Whether so much is left for this moment; `now` [s]."""
         if self._last is not None:
             self._left = min(self._left + self._rate * max(now - self._last, 0.0), self._burst)
         self._last = now
-        if self._left < 1.0:
+        if self._left < amount:
             return False
-        self._left -= 1.0
+        self._left -= amount
         return True
+
+
+class Shares:
+    """A bucket for each who comes, so that nobody uses up what is another's."""
+
+    def __init__(self, rate: float, burst: float, most: int = 256) -> None:
+        self._rate, self._burst, self._most = rate, burst, most
+        self._buckets: dict[str, Bucket] = {}  # the longest unseen first
+
+    def take(self, who: str, now: float) -> bool:
+        """Whether one is left for `who`; beyond `most` the longest unseen is forgotten."""
+        bucket = self._buckets.pop(who, None) or Bucket(self._rate, self._burst)
+        self._buckets[who] = bucket
+        if len(self._buckets) > self._most:
+            del self._buckets[next(iter(self._buckets))]
+        return bucket.take(now)
 
 
 class HandsOff:

@@ -30,7 +30,7 @@ from app.ui.scene.separation_view import SeparationView
 from app.ui.scene.stage import Stage
 from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
-from app.ui.server import open_page, page_url
+from app.ui.server import close_page, open_page, page_url
 from app.ui.traffic import Traffic
 
 
@@ -59,7 +59,7 @@ class Page:
         try:
             self._build(engine, clock, shapes)
         except BaseException:
-            self.server.stop()
+            close_page(self.server)
             raise
 
     @property
@@ -77,7 +77,7 @@ class Page:
 
     def stop(self) -> None:
         self.pump.stop()
-        self.server.stop()
+        close_page(self.server)
 
     def __enter__(self) -> Self:
         self.start()

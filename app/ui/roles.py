@@ -15,8 +15,9 @@ from viser import _messages as m
 
 from app.errors import AccessError
 from app.messages import Snapshot
-from app.ui.access import words
+from app.ui.access import NotYetError, words
 from app.ui.gate import Gate
+from app.ui.inside import send, uuid_of
 from app.ui.pacing import Every
 from app.ui.panels.access_panel import AccessPanel
 
@@ -24,6 +25,8 @@ log = logging.getLogger(__name__)
 FAINT = 0.25  # opacity of a handle that this page may not drag
 DRAGS = (m.TransformControlsUpdateMessage, m.TransformControlsDragEndMessage)
 HINTS = 3.0  # [s] between two notices to a page that its input was refused
+GIVES = 0.5  # [s] until a page may give the lease back again: it is told to every page
+TURN = 0.05  # [s] between two looks whether a token's turn has come
 
 
 class Roles:
@@ -40,11 +43,14 @@ class Roles:
         self._server, self._gate, self._let_go = server, gate, let_go
         self._access, self._clock = gate.access, gate.clock
         self.panels: dict[int, AccessPanel] = {}
+        self._inside = gate.inside
         self._hints: dict[int, Every] = {}
-        self._pace, self._told = Every(0.5), Every(1.0)
-        self._shaded = self._seen = self._controls()
-        gate.free |= {handle._impl.uuid for handle in everybody}
-        gate.open(server, self._answer)
+        self._gives: dict[int, Every] = {}
+        self._pressing: set[int] = set()
+        self._pace = Every(0.5)
+        self._shaded = self._seen = self._inside.shared()
+        gate.free |= set(map(uuid_of, everybody))
+        gate.open(self._answer)
         server.on_client_connect(self._arrive)
         server.on_client_disconnect(self._leave)
 
@@ -56,7 +62,7 @@ class Roles:
         """
         if not self._pace.due(snapshot.stamp):
             return
-        seen, self._seen = self._seen, self._controls()
+        seen, self._seen = self._seen, self._inside.shared()
         if seen == self._seen and seen != self._shaded:
             self._shaded = seen
             self._server.get_event_loop().call_soon_threadsafe(self._shade_all)
@@ -64,15 +70,17 @@ class Roles:
     async def _arrive(self, client: viser.ClientHandle) -> None:
         page = client.client_id
         self._access.arrive(page, self._clock.now())
+        if self._access.operator == page:
+            self._gate.know(page)
         self.panels[page] = panel = AccessPanel(client, self._access, self._press)
-        self._hints[page] = Every(HINTS)
+        self._hints[page], self._gives[page] = Every(HINTS), Every(GIVES)
         self._gate.free |= panel.uuids
         self._show()
         # news of a control that the page has not heard of yet would be lost on it
-        heard, said = self._heard(page), self._said()
+        heard, said = self._inside.heard(page), self._inside.said()
         while heard is not None and heard < said:
             await asyncio.sleep(0.05)
-            heard = self._heard(page)
+            heard = self._inside.heard(page)
         if page in self.panels:
             self._shade(client)
 
@@ -82,27 +90,47 @@ class Roles:
         if panel is not None:
             self._gate.free -= panel.uuids
         self._hints.pop(page, None)
+        self._gives.pop(page, None)
         self._access.leave(page)
         if self._access.operator != before:
             self._changed(before)
 
-    def _press(self, page: int, token: str) -> None:
+    async def _press(self, page: int, token: str) -> None:
         """The button of a page: give the lease back if it has it, else take it."""
-        before, now = self._access.operator, self._clock.now()
-        if page not in self.panels:  # closed since
-            return
+        if page not in self.panels or page in self._pressing:
+            return  # closed since, or its last press still waits for its turn
+        self._pressing.add(page)
+        before = self._access.operator
         try:
             if before == page:
+                if not self._gives[page].due(self._clock.now()):
+                    raise AccessError("control was given back just now; press again")
                 self._access.release(page)
             else:
-                self._access.tell(page, token, now)
-                self._access.take(page, now)
+                before = await self._take(page, token)
         except AccessError as refused:
-            if self._told.due(now):
-                log.warning("%s: control refused: %s", words(page), refused)
-            self.panels[page].show(str(refused))
+            self._gate.log.tell("control", f"{words(page)}: control refused: {refused}")
+            if page in self.panels:
+                self.panels[page].show(str(refused))
             return
+        finally:
+            self._pressing.discard(page)
+            self._access.step_out(page)
         self._changed(before)
+
+    async def _take(self, page: int, token: str) -> int | None:
+        """Take the lease as soon as the token's turn has come. Returns who had it."""
+        while True:
+            try:
+                self._access.tell(page, token, self._clock.now())
+            except NotYetError as wait:
+                self.panels[page].show(str(wait))
+            else:
+                before = self._access.operator
+                self._access.take(page, self._clock.now())
+                self._gate.know(page)
+                return before
+            await asyncio.sleep(TURN)
 
     def _changed(self, before: int | None) -> None:
         log.info("%s operates, after %s", words(self._access.operator), words(before))
@@ -123,17 +151,16 @@ class Roles:
         client = self._server.get_clients().get(page)
         if client is None or page not in self._hints:
             return
-        send = client._websock_connection.queue_message
         if isinstance(message, m.GuiUpdateMessage):
-            handle = self._gate.handle(page, message.uuid)
-            if handle is not None and not handle._impl.is_button:
-                send(m.GuiUpdateMessage(message.uuid, {"value": handle.value}))
+            handle = self._inside.handle(page, message.uuid)
+            if handle is not None and not isinstance(handle, viser.GuiButtonHandle):
+                send(client, m.GuiUpdateMessage(message.uuid, {"value": handle.value}))
         elif isinstance(message, DRAGS):
             node = self._server.scene.get_handle_by_name(message.name)
             if node is not None:
                 (x, y, z), (w, *v) = map(float, node.position), map(float, node.wxyz)
-                send(m.SetPositionMessage(message.name, (x, y, z)))
-                send(m.SetOrientationMessage(message.name, (w, v[0], v[1], v[2])))
+                send(client, m.SetPositionMessage(message.name, (x, y, z)))
+                send(client, m.SetOrientationMessage(message.name, (w, v[0], v[1], v[2])))
         if self._access.operator != page and self._hints[page].due(self._clock.now()):
             who = words(self._access.operator)
             client.add_notification(
@@ -144,26 +171,13 @@ class Roles:
     def _shade(self, client: viser.ClientHandle) -> None:
         """Show a page which of the shared controls it may use."""
         watches = self._access.operator != client.client_id
-        send = client._websock_connection.queue_message
-        for uuid, disabled in self._controls().items():
+        for uuid, disabled in self._inside.shared().items():
             if uuid not in self._gate.free:
-                send(m.GuiUpdateMessage(uuid, {"disabled": watches or disabled}))
-        for name, node in list(self._server.scene._handle_from_transform_controls_name.items()):
-            send(m.SceneNodeUpdateMessage(name, {"opacity": FAINT if watches else node.opacity}))
+                send(client, m.GuiUpdateMessage(uuid, {"disabled": watches or disabled}))
+        for name, node in self._inside.gizmos():
+            opacity = FAINT if watches else node.opacity
+            send(client, m.SceneNodeUpdateMessage(name, {"opacity": opacity}))
 
     def _shade_all(self) -> None:
         for client in self._server.get_clients().values():
             self._shade(client)
-
-    def _controls(self) -> dict[str, bool]:
-        """Whether each of the shared controls is disabled for all."""
-        known: dict[str, Any] = self._server.gui._gui_input_handle_from_uuid
-        return {uuid: handle._impl.props.disabled for uuid, handle in list(known.items())}
-
-    def _said(self) -> int:
-        """Number of the last message to all."""
-        return self._server._websock_server._broadcast_buffer.message_counter - 1
-
-    def _heard(self, page: int) -> int | None:
-        """Number of the last message to all that was sent to the page; None if it is gone."""
-        return self._server._websock_server._broadcast_buffer.generator_cursors.get(page)

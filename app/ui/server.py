@@ -1,42 +1,32 @@
-"""Who may connect: a viser server that only its own page can talk to.
+"""A viser server that only its own page can talk to: started behind our door, or not at all.
 
-A web socket is not held back by the browser's same-origin rule: any page that a person
-visits may open one to a local port, and here that would mean moving an arm. viser checks
-neither the Origin nor the port it is given, so both are done here, on the socket that it
-is handed. What a connected page may send is judged by the gate (`app.ui.gate`).
+viser checks neither who connects nor the port that it is given, and has no option for either.
+So its one call to websockets is led to our door (`app.ui.door`) while it starts, and the door
+is tried before the server is given away: what does not answer as it should is stopped.
 """
 
 import errno
-import functools
-import logging
+import queue
 import socket
 import threading
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
-from http import HTTPStatus
 from typing import Any
 
 import rich
 import viser
 import websockets.asyncio.server as ws_server
-from viser import _messages
-from websockets.asyncio.server import ServerConnection
-from websockets.http11 import Request, Response
 
 from app.errors import ServerError
 from app.timing import WallClock
 from app.ui.access import Access
-from app.ui.gate import LARGEST, Gate, GatedConnection
-from app.ui.pacing import Every
+from app.ui.door import Door, bracketed
+from app.ui.gate import Gate
+from app.ui.inside import check_version
+from app.ui.knock import try_door
+from app.ui.listener import Listener
 
-log = logging.getLogger(__name__)
-MOST_PAGES = 16  # open at once: each costs the processor that moves the arm some per cent
-HEADERS = {
-    # in a frame of somebody else's page a person could be led to press a button unseen
-    "X-Frame-Options": "DENY",
-    "Content-Security-Policy": "frame-ancestors 'none'",
-    "Referrer-Policy": "no-referrer",
-}
+START = 20.0  # [s] for viser to come up
 _patching = threading.Lock()
 
 
@@ -47,43 +37,28 @@ def open_page(
     gate: Gate | None = None,
     origins: Iterable[str] = (),
 ) -> viser.ViserServer:
-    """A server on exactly this port (0 = any free one); the caller stops it in a `finally`.
+    """A server on exactly this port (0 = any free one); end it by `close_page` in a `finally`.
 
     No page can use anything before `gate` is opened; without one, never. `origins` are further
     addresses of the page, as of a proxy: `https://cell.example`.
 
-    Raises `ServerError` when the port is taken or the address is not this machine's.
+    Raises `ServerError` when the port is taken, when the address is not this machine's, and when
+    Origin check and gate are not really in place; nothing listens any more then.
     """
-    listener = _listen(host, port)
-    real_serve = ws_server.serve
+    check_version()
     gate = gate or Gate(Access(), WallClock())
-
-    def guarded_serve(handler: Any, _host: str, _port: int, **options: Any) -> Any:
-        options |= {
-            "process_request": _guard(host, frozenset(origins), gate, options["process_request"]),
-            "create_connection": functools.partial(GatedConnection, gate),
-            "max_size": LARGEST,
-            "close_timeout": 2.0,  # a page that is sent away need not agree
-        }
-        return real_serve(handler, sock=listener, **options)
-
-    # viser has no option for a ready socket or for origins, so its one call to websockets is
-    # wrapped while the server starts; `_patching` keeps two starting servers apart.
-    # It also prints a banner of its own; the program says the address itself.
-    with _patching:
-        ws_server.serve = guarded_serve  # type: ignore[misc, assignment]
-        rich.get_console().quiet = True
+    listener = Listener(_listen(host, port), gate.clock, gate.log)
+    door = Door(host, listener, origins, gate)
+    try:
+        server = _behind(door, host, title)
         try:
-            server = viser.ViserServer(host=host, port=port, label=title, verbose=False)
+            _check(server, door, host)
         except BaseException:
-            listener.close()
+            close_page(server)
             raise
-        finally:
-            ws_server.serve = real_serve  # type: ignore[misc]
-            rich.get_console().quiet = False
-
-    # anyone connected could ask for a public tunnel to this arm, button or not
-    server._websock_server.unregister_handler(_messages.ShareUrlRequest)
+    except BaseException:
+        listener.close()
+        raise
     server.gui.configure_theme(
         show_share_button=False,
         show_logo=False,
@@ -93,6 +68,12 @@ def open_page(
     return server
 
 
+def close_page(server: viser.ViserServer) -> None:
+    """Stop the server, without viser's word about it on the console."""
+    with _quiet():
+        server.stop()
+
+
 @contextmanager
 def serving(host: str = "127.0.0.1", port: int = 8080) -> Iterator[viser.ViserServer]:
     """`open_page` that stops the server on the way out, whatever happened."""
@@ -100,18 +81,80 @@ def serving(host: str = "127.0.0.1", port: int = 8080) -> Iterator[viser.ViserSe
     try:
         yield server
     finally:
-        server.stop()
+        close_page(server)
 
 
 def page_url(server: viser.ViserServer) -> str:
     """The address to open in a browser."""
-    host = server.get_host()
-    shown = {"0.0.0.0": "127.0.0.1", "::": "[::1]"}.get(host, _bracketed(host))
-    return f"http://{shown}:{server.get_port()}"
+    return f"http://{bracketed(_reached(server.get_host()))}:{server.get_port()}"
 
 
-def _bracketed(host: str) -> str:
-    return f"[{host}]" if ":" in host else host
+def _behind(door: Door, host: str, title: str) -> viser.ViserServer:
+    """viser, which asks websockets for sockets and is given those of `door`."""
+    real_serve = ws_server.serve
+    outcome: queue.SimpleQueue[viser.ViserServer | BaseException] = queue.SimpleQueue()
+
+    def guarded_serve(handler: Any, *_: Any, **options: Any) -> Any:
+        try:
+            if door.opened:
+                raise ServerError(f"cannot listen on port {door.port}; give another port")
+            return door.serve(real_serve, handler, options)
+        except Exception as e:
+            outcome.put(e)
+            raise SystemExit from e  # ends viser's thread; viser would wait for it for ever
+
+    def start() -> None:
+        try:
+            outcome.put(viser.ViserServer(host=host, port=door.port, label=title, verbose=False))
+        except BaseException as e:
+            outcome.put(e)
+
+    # `_patching` keeps two starting servers apart.
+    with _patching, _quiet():
+        ws_server.serve = guarded_serve  # type: ignore[misc, assignment]
+        try:
+            threading.Thread(target=start, name="start viser", daemon=True).start()
+            server = outcome.get(timeout=START)
+        except queue.Empty:
+            # `serve` stays ours: should viser still come, it shall not come up unguarded
+            door.opened += 1
+            raise ServerError(f"viser has not come up within {START:g} s; start again") from None
+        ws_server.serve = real_serve  # type: ignore[misc]
+    if isinstance(server, ServerError):
+        raise server
+    if isinstance(server, BaseException):
+        raise ServerError(
+            f"viser {viser.__version__} cannot be started behind the page's door "
+            f"({type(server).__name__}: {server}); install the versions in constraints.txt"
+        ) from server
+    return server
+
+
+def _check(server: viser.ViserServer, door: Door, host: str) -> None:
+    """Raises `ServerError` unless this server is behind the door, with a gate that judges."""
+    if not door.opened or server.get_port() != door.port:
+        raise ServerError(
+            f"viser {viser.__version__} listens on port {server.get_port()}, past the page's door "
+            f"on port {door.port}; install the versions in constraints.txt"
+        )
+    door.gate.attach(server).forbid_tunnels()
+    try_door(server, door, _reached(host))
+
+
+def _reached(host: str) -> str:
+    """The address at which this machine itself reaches a server on `host`."""
+    return {"0.0.0.0": "127.0.0.1", "::": "::1"}.get(host, host)
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """viser prints a banner and its end; the program says the address itself."""
+    console = rich.get_console()
+    before, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = before
 
 
 def _listen(host: str, port: int) -> socket.socket:
@@ -128,39 +171,3 @@ def _listen(host: str, port: int) -> socket.socket:
             f"cannot listen on {host}:{port} ({e.strerror or e}); "
             "give an address of this machine, such as 127.0.0.1, and a port you may use"
         ) from e
-
-
-def _guard(
-    host: str, public: frozenset[str], gate: Gate, serve_file: Callable[..., Response | None]
-) -> Callable[..., Response | None]:
-    """Refuse strangers before anything else: 403 unless the Origin is this very server."""
-    pace = Every(1.0)  # of the log: a stranger's page may try in a loop
-
-    def process_request(connection: ServerConnection, request: Request) -> Response | None:
-        reached, port = connection.local_address[:2]
-        names = {"127.0.0.1", "localhost", "[::1]", socket.gethostname().lower()}
-        names |= {_bracketed(host), _bracketed(reached)}
-        known = public | {f"http://{name}:{port}" for name in names}
-        if port == 80:  # browsers leave the default port out
-            known |= {f"http://{name}" for name in names}
-        origins = request.headers.get_all("Origin")
-        upgrade = "Upgrade" in request.headers
-        if any(o not in known for o in origins) or (upgrade and not origins):
-            if pace.due(gate.clock.now()):
-                log.warning("refused a page from %r: no known origin", ", ".join(origins)[:100])
-            return connection.respond(
-                HTTPStatus.FORBIDDEN, "this page may only be used from its own address\n"
-            )
-        if upgrade and len(connection.server.connections) >= MOST_PAGES:
-            if pace.due(gate.clock.now()):
-                log.warning("refused a page: %d are open", MOST_PAGES)
-            return connection.respond(
-                HTTPStatus.SERVICE_UNAVAILABLE, f"{MOST_PAGES} pages are open; close one\n"
-            )
-        response = serve_file(connection, request)
-        if response is not None:
-            for name, value in HEADERS.items():
-                response.headers[name] = value
-        return response
-
-    return process_request

@@ -6,6 +6,8 @@ from contextlib import contextmanager
 import msgspec
 import viser
 
+from app.ui.inside import Inside
+
 EVERY = 1.0  # [s] counting costs as much as sending, so only one frame a second is counted
 
 
@@ -13,8 +15,8 @@ class Traffic:
     """Figures of the last counted frame (before the small compression of the text part)."""
 
     def __init__(self, server: viser.ViserServer) -> None:
-        # viser counts nothing itself; its broadcast buffer numbers every queued message
-        self._buffer = server._websock_server._broadcast_buffer
+        # viser counts nothing itself, but numbers every message to all
+        self._inside = Inside(server)
         self._counted_at = float("-inf")
         self.messages = 0
         self.bytes = 0
@@ -22,14 +24,12 @@ class Traffic:
     @contextmanager
     def frame(self, now: float) -> Iterator[None]:
         """Wrap the assignments of one frame; `now` [s] decides whether it is counted."""
-        first = self._buffer.message_counter
+        before = self._inside.said()
         yield
         if now - self._counted_at < EVERY:
             return
         self._counted_at = now
-        with self._buffer.buffer_lock:
-            ids = range(first, self._buffer.message_counter)
-            queued = [m for i in ids if (m := self._buffer.message_from_id.get(i)) is not None]
+        queued = self._inside.kept(range(before + 1, self._inside.said() + 1))
         arrays: list[memoryview] = []
         texts = [message.as_serializable_dict(arrays) for message in queued]
         self.messages = len(queued)

@@ -69,13 +69,12 @@ def decoded(raw: bytes | str) -> m.Message:
 
 def misfit(handle: viser.GuiInputHandle[Any], updates: Any) -> str:
     """Why a hand at a page cannot have changed the control so; empty if it can."""
-    props: Any = handle._impl.props
     if not isinstance(updates, dict) or set(updates) != {"value"}:
         return "it sets more than the value"
-    if props.disabled:
+    if handle.disabled:
         return "it is disabled"
     new, old = updates["value"], handle.value
-    options = getattr(props, "options", None)
+    options = getattr(handle, "options", None)
     if options is not None:
         return "" if new in options else "no such option"
     if isinstance(old, bool):

@@ -13,6 +13,7 @@ from playwright.sync_api import Page as Window
 
 from app.actions import AddObstacle, SetGoal, SetParams
 from app.messages import Mode
+from app.ui.access import words
 from app.ui.colours import POINT
 
 pytestmark = pytest.mark.browser
@@ -179,7 +180,7 @@ def test_the_second_page_watches_stops_and_takes_over(
     live: Live, window: Window, browser: Browser
 ) -> None:
     other = open_window(browser, live.page.url, *SMALL)
-    me = f"page {max(live.page.server.get_clients()) + 1}"
+    me = words(max(live.page.server.get_clients()))
     try:
         assert says(window, "You operate the arm (page 1)")
         assert says(other, f"You watch ({me}); page 1 operates")

@@ -3,16 +3,17 @@
 These controls are the page's own: what is typed here goes to no other page.
 """
 
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from html import escape
 
 import viser
 
 from app.ui.access import Access, words
 from app.ui.colours import ALARM, CALM, GREY, css
+from app.ui.inside import uuid_of
 from app.ui.panels.assign import assign
 
-Press = Callable[[int, str], None]  # page, the token typed; on the thread of the socket
+Press = Callable[[int, str], Awaitable[None]]  # page, token typed; on the thread of the sockets
 # the typed token as dots, in browsers that can
 DOTS = (
     "<style>div:has(> .operator-token) + div input{-webkit-text-security:disc}</style>"
@@ -37,12 +38,12 @@ class AccessPanel:
         async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
             typed = self.token.value
             assign(self.token, "")
-            press(self.page, typed)
+            await press(self.page, typed)
 
     @property
     def uuids(self) -> set[str]:
         """The page may always use these."""
-        return {self.token._impl.uuid, self.button._impl.uuid}
+        return {uuid_of(self.token), uuid_of(self.button)}
 
     def show(self, refusal: str = "") -> None:
         """Show who operates now; `refusal` is what the page was answered to its last wish."""
