@@ -26,7 +26,6 @@ class Ghost:
     def __init__(self, brain: Brain, plant: Plant, mode: ControlMode) -> None:
         self.fault = ""  # why it was left out; empty while it runs
         self._brain, self._plant, self._mode = brain, plant, mode
-        self._applied = np.zeros(brain.robot.n)
         self._status = Mode.IDLE  # its own, of the last tick
 
     def step(self, x: Inputs, out: Outputs) -> GhostState | None:
@@ -43,14 +42,14 @@ class Ghost:
     def _step(self, x: Inputs, out: Outputs) -> GhostState:
         seen = self._plant.read(x.now, out.params.silence)
         own = replace(
-            x, joints=seen.joints, applied=self._applied, arm=seen.arm, frames=seen.frames,
+            x, joints=seen.joints, applied=seen.applied, arm=seen.arm, frames=seen.frames,
             source=seen.source, actions=self._heard(x.actions, out.status.mode), refused="",
             fault="",
         )  # fmt: skip
         mine = self._brain.tick(own)
         if mine.trace:
             raise RuntimeError(mine.trace.strip().splitlines()[-1])
-        self._applied = self._plant.send(mine.command.qd, x.dt)
+        self._plant.send(mine.command.qd, x.dt)
         self._status = mine.status.mode
         near = float(np.min(mine.body.distance, initial=np.inf))
         return GhostState(self._mode, mine.T_base_link, near, mine.command)

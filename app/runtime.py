@@ -19,11 +19,9 @@ from app.actions import Action
 from app.brain import Brain
 from app.errors import FlinchError
 from app.ghost import Ghost
-from app.messages import Array, CropBox, GhostState, JointState, Mode, Snapshot, Status, Timing
+from app.messages import GhostState, JointState, Mode, Snapshot, Status, Timing
 from app.plant.plant import OURS, Plant, Reading
 from app.rehearsal import rehearse
-from app.robot.model import Robot
-from app.robot.skin import Skin
 from app.tick import ArmReport, Inputs, Outputs, SourceReport, snapshot_of
 from app.timing import Clock, Latest, Stopwatch, Subscription, Ticker
 
@@ -45,13 +43,14 @@ class Engine:
         scene: str = "",
     ) -> None:
         self.brain, self.plant, self.scene = brain, plant, scene
+        self.robot, self.skin, self.cell = brain.robot, brain.skin, brain.cell
+        self.source, self.programs = plant.name, brain.programs
         self.snapshots: Latest[Snapshot] = Latest()
         self.ticker = Ticker(clock, 1.0 / rate)
         self.ghost: Ghost | None = None
         self._clock, self._period = clock, 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
         self._subscribers: tuple[Subscription[Tick], ...] = ()
-        self._applied: Array = np.zeros(brain.robot.n)
         self._trace = ""  # of the last tick
         self._fault = ""  # what failed in this machine since the last tick
         self._last: Reading | None = None
@@ -59,31 +58,6 @@ class Engine:
         self._tick = 0
         self._thread: threading.Thread | None = None
         self._quit = threading.Event()
-
-    @property
-    def robot(self) -> Robot:
-        """The arm that the brain knows."""
-        return self.brain.robot
-
-    @property
-    def skin(self) -> Skin:
-        """Its sensors."""
-        return self.brain.skin
-
-    @property
-    def cell(self) -> tuple[CropBox, ...]:
-        """The known static place."""
-        return self.brain.cell
-
-    @property
-    def source(self) -> str:
-        """Where the frames come from, in words."""
-        return self.plant.name
-
-    @property
-    def programs(self) -> tuple[str, ...]:
-        """Names of the waypoint programs that can be run."""
-        return self.brain.programs
 
     def post(self, action: Action) -> None:
         """Queue an action for the head of the next tick; thread-safe, returns at once."""
@@ -109,13 +83,13 @@ class Engine:
         reading = self._read(now)
         watch.lap("simulate")
         x = Inputs(
-            self._tick, now, dt, late, reading.joints, self._applied, reading.arm, reading.frames,
+            self._tick, now, dt, late, reading.joints, reading.applied, reading.arm, reading.frames,
             reading.source, actions, refused, self._fault,
         )  # fmt: skip
         self._fault = ""
         out = self.brain.tick(x, watch.lap)
         self._log(out.trace or x.source.trace)
-        self._applied = self._send(out, dt)
+        self._send(out, dt)
         watch.lap("drive")
         ghost = self.ghost.step(x, out) if self.ghost else None
         if self.ghost:
@@ -149,18 +123,17 @@ class Engine:
             n, K = self.brain.robot.n, self.brain.skin.count
             nobody = SourceReport(np.zeros(K, dtype=bool))
             nowhere = JointState(now, np.full(n, np.nan), np.full(n, np.nan))
-            last = self._last or Reading(nowhere, ArmReport(), (), nobody)
+            last = self._last or Reading(nowhere, np.zeros(n), ArmReport(), (), nobody)
             self._last = replace(last, joints=replace(last.joints, stamp=now), frames=())
         return self._last
 
-    def _send(self, out: Outputs, dt: float) -> Array:
+    def _send(self, out: Outputs, dt: float) -> None:
         try:
             if out.engage:
                 self.plant.engage()
-            return self.plant.send(out.command.qd, dt)
+            self.plant.send(out.command.qd, dt)
         except Exception as error:
             self._fail("the arm takes no command", error)
-            return np.zeros(self.brain.robot.n)
 
     def _fail(self, what: str, error: Exception) -> None:
         """The next Inputs have a fault; its trace is logged once while it lasts."""
@@ -204,7 +177,7 @@ class Engine:
         if self._thread is not None:
             self._thread.join()
             self._thread = None
-            self._applied = self.plant.send(np.zeros(self.brain.robot.n), self._period)
+            self.plant.send(np.zeros(self.brain.robot.n), self._period)
 
     def close(self) -> None:
         """Stop, leave the arm at rest and give back every device."""

@@ -16,9 +16,10 @@ OURS = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor)  # actions that ar
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Reading:
-    """What a plant says at one moment."""
+    """What a plant says at one moment; `applied` (n,) [rad/s] is what the arm was really told."""
 
     joints: JointState
+    applied: Array
     arm: ArmReport
     frames: tuple[SensorFrame, ...]
     source: SourceReport
@@ -34,7 +35,8 @@ class Arm(Protocol):
 
     def state(self, now: float) -> JointState: ...
     def report(self, now: float) -> ArmReport: ...  # once a tick, before `send`
-    def send(self, qd: Array, dt: float) -> Array: ...  # what was really taken of it
+    def send(self, qd: Array, dt: float) -> Array: ...  # what is applied by then
+    def applied(self, now: float) -> Array: ...  # what it was really told; after `report`
     def engage(self) -> None: ...  # a person asks for motion; returns at once
     def close(self) -> None: ...
 
@@ -53,7 +55,8 @@ class Plant(Protocol):
         ...
 
     def send(self, qd: Array, dt: float) -> Array:
-        """Tell the arm the joint velocities (n,) for `dt` [s]; returns what was applied."""
+        """Tell the arm the joint velocities (n,) for `dt` [s]; returns what is applied by then,
+        as far as that is known at once. The next reading knows better."""
         ...
 
     def engage(self) -> None:

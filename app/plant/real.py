@@ -20,7 +20,8 @@ class RealPlant:
         joints = self._arm.state(now)
         finite = joints.q if np.isfinite(joints.q).all() else self._robot.home
         frames, source = listen(self._source, now, self._robot.posture(finite), patience)
-        return Reading(joints, self._arm.report(now), frames, source)
+        report = self._arm.report(now)
+        return Reading(joints, self._arm.applied(now), report, frames, source)
 
     def send(self, qd: Array, dt: float) -> Array:
         return self._arm.send(qd, dt)

@@ -32,7 +32,7 @@ class RecordedPlant:
 
     def read(self, now: float, patience: float) -> Reading:
         x = self.whole()
-        return Reading(x.joints, x.arm, x.frames, x.source)
+        return Reading(x.joints, x.applied, x.arm, x.frames, x.source)
 
     def send(self, qd: Array, dt: float) -> Array:
         return self._inputs[min(self._next, len(self._inputs) - 1)].applied

@@ -16,6 +16,7 @@ class SimulatedArm:
         self._robot, self._lag = robot, lag
         self._q = np.clip(robot.home if q is None else q, robot.q_min, robot.q_max)
         self._qd = np.zeros(robot.n)
+        self._told = freeze(np.zeros(robot.n))
         self.limits = Limits(robot.qd_max, robot.qdd_max)
 
     def state(self, now: float) -> JointState:
@@ -25,6 +26,10 @@ class SimulatedArm:
     def report(self, now: float) -> ArmReport:
         """Nothing can be wrong with it."""
         return ArmReport()
+
+    def applied(self, now: float) -> Array:
+        """What it was told last (n,) [rad/s]."""
+        return self._told
 
     def engage(self) -> None:
         """It is always ready."""
@@ -41,7 +46,7 @@ class SimulatedArm:
             raise ValueError("a command with a non-finite joint velocity")
         r = self._robot
         step = (1.0 - np.exp(-dt / self._lag)) if self._lag > 0.0 else 1.0
-        told = np.clip(qd, -r.qd_max, r.qd_max)
+        told = self._told = freeze(np.clip(qd, -r.qd_max, r.qd_max))
         change = np.clip(step * (told - self._qd), -r.qdd_max * dt, r.qdd_max * dt)
         moved = np.clip(self._qd + change, -r.qd_max, r.qd_max)
         q = np.clip(self._q + moved * dt, r.q_min, r.q_max)
