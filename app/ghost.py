@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from app.cell.parts import Cell
 from app.config import ControlMode, Params
 from app.messages import Array, GhostState, Goal
 from app.pipeline import Pipeline
@@ -26,12 +27,13 @@ class Ghost:
     """Steps with the engine; `update` once a tick."""
 
     def __init__(
-        self, robot: Robot, skin: Skin, world: World, mode: ControlMode, q: Array, seed: int = 0
-    ) -> None:
+        self, robot: Robot, skin: Skin, world: World, cell: Cell, mode: ControlMode, q: Array,
+        seed: int = 0,
+    ) -> None:  # fmt: skip
         self._robot, self._mode = robot, mode
         self._arm = SimulatedArm(robot, q)
         self._eye = SimulatedSkin(robot, skin, world, seed)
-        self._pipeline = Pipeline(robot, skin, world.crops)
+        self._pipeline = Pipeline(robot, skin, cell)
         self._fault = ""
 
     def update(

@@ -12,6 +12,7 @@ from typing import get_args
 import numpy as np
 from numpy.typing import NDArray
 
+from app.cell.parts import Cell
 from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
 from app.control.separation import in_use
@@ -22,7 +23,6 @@ from app.messages import (
     Array,
     Cloud,
     Command,
-    CropBox,
     Goal,
     JointState,
     Pairs,
@@ -67,10 +67,10 @@ class Outcome:
 class Pipeline:
     """Frames and joint states in, a command out; no clock, no thread, no device."""
 
-    def __init__(self, robot: Robot, skin: Skin, crops: Sequence[CropBox] = ()) -> None:
+    def __init__(self, robot: Robot, skin: Skin, cell: Cell | None = None) -> None:
         self._robot = robot
         self._history = JointHistory(robot.n)
-        self._cloud = SkinCloud(robot, skin, crops)
+        self._cloud = SkinCloud(robot, skin, cell or Cell())
         self._body = BodyPairs(robot)
         self._memory = Memory(robot, skin)
         self._speed = ObstacleSpeed(skin)
@@ -78,7 +78,7 @@ class Pipeline:
         self._mounts = MountPairs(skin)
         self._point: Array | None = None  # control point of the last tick
         closest = Avoidance(robot)
-        self._bounds = WholeBody(robot, crops)
+        self._bounds = WholeBody(robot, cell)
         self._controllers: dict[ControlMode, Avoidance | WholeBody] = {
             "wb": closest,
             "sm": closest,
@@ -94,6 +94,11 @@ class Pipeline:
     def background(self) -> Background:
         """The learned background."""
         return self._cloud.background
+
+    def know(self) -> None:
+        """What is known of the background has changed."""
+        self._cloud.static_filter.know(self.background.known)
+        self._bounds.know(self.background.known)
 
     def tick(
         self,
@@ -220,12 +225,12 @@ class Pipeline:
             self._control = chosen
 
 
-def rehearse(robot: Robot, skin: Skin, crops: Sequence[CropBox], params: Params) -> None:
+def rehearse(robot: Robot, skin: Skin, cell: Cell, params: Params) -> None:
     """Tick a pipeline of its own once in every way, so that nothing compiles while moving.
 
     Seconds on the very first start, a moment once the kernels' cache on disk is filled.
     """
-    pipeline = Pipeline(robot, skin, crops)
+    pipeline = Pipeline(robot, skin, cell)
     still = freeze(np.zeros(robot.n))  # as an arm's state is
     here = Goal(robot.posture(robot.home).T_base_tool)
     full = (np.full(SLOTS, 5, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8))

@@ -20,6 +20,9 @@ import numpy as np
 from app.actions import (
     Action,
     AddObstacle,
+    DiscardBackground,
+    ForgetBackground,
+    KeepBackground,
     LearnBackground,
     MoveObstacle,
     RemoveObstacle,
@@ -30,6 +33,8 @@ from app.actions import (
     SetPose,
     UseSensor,
 )
+from app.cell.files import load_cell, save_learned
+from app.cell.parts import Cell
 from app.config import Params, change
 from app.control.programs import Program, ProgramRun, pose_of
 from app.control.supervisor import Supervisor, speed_share
@@ -37,7 +42,6 @@ from app.errors import ConfigError, FlinchError, SensorError, options
 from app.ghost import Ghost
 from app.messages import (
     Array,
-    CropBox,
     GhostState,
     Goal,
     JointState,
@@ -91,6 +95,7 @@ class Engine:
         programs: Mapping[str, Program] | None = None,
         background: Path | None = None,
         ghost: Ghost | None = None,
+        cell: Cell | None = None,
     ) -> None:
         self.robot, self.skin, self.scene, self.world = robot, skin, scene, world
         self.snapshots: Latest[Snapshot] = Latest()
@@ -98,10 +103,11 @@ class Engine:
         self._params = params or Params()
         self._period = 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
-        self._pipeline = Pipeline(robot, skin, world.crops)
-        self._background = background  # file of the learned background
+        self.cell = cell or Cell()
         if background is not None and background.exists():
-            self._pipeline.background.load(background)
+            self.cell = replace(self.cell, learned=load_cell(background).learned)
+        self._pipeline = Pipeline(robot, skin, self.cell)
+        self._background = background  # file of the learned background
         self._health = SkinHealth(source.connected)
         self._born = clock.now()
         self._listening = self._born  # silence is counted from here until a sensor speaks
@@ -127,11 +133,6 @@ class Engine:
     def source(self) -> str:
         """Where the frames come from, in words."""
         return self._source.name
-
-    @property
-    def crops(self) -> tuple[CropBox, ...]:
-        """Boxes of the static cell."""
-        return self.world.crops
 
     @property
     def params(self) -> Params:
@@ -196,10 +197,7 @@ class Engine:
                 self._goal = self._program.update(posture.T_base_tool, dt)
             goal = self._goal if mode is Mode.RUNNING else self._held
             if self._pipeline.background.finish(now):
-                count = len(self._pipeline.background.cells)
-                self._notice = f"background learned: {count} cells"
-                if self._background is not None:
-                    self._pipeline.background.save(self._background)
+                self._notice = f"learned {len(self._pipeline.background.preview)} cubes; keep them?"
             outcome = self._pipeline.tick(
                 frames, joints, goal, self._params, dt, moving, watch, share
             )
@@ -280,6 +278,7 @@ class Engine:
             ghost=self._seen_ghost,
             delay=freeze(self._health.delays()),
             inputs=self._source.inputs(now),
+            background=self._pipeline.background.view(now),
             real=self._source.real if isinstance(self._source, MixedSkin) else None,
         )
 
@@ -324,6 +323,16 @@ class Engine:
                 self.world.remove(name)
             case LearnBackground(seconds=seconds):
                 self._pipeline.background.learn(now, seconds)
+            case KeepBackground():
+                self._pipeline.background.keep()
+                self._pipeline.know()
+                if self._background is not None:
+                    save_learned(self._background, self._pipeline.background.known)
+            case DiscardBackground():
+                self._pipeline.background.discard()
+            case ForgetBackground():
+                self._pipeline.background.forget()
+                self._pipeline.know()
             case UseSensor(sensor=sensor, real=real):
                 if not isinstance(self._source, MixedSkin):
                     raise SensorError(
@@ -346,7 +355,7 @@ class Engine:
         if self._thread is not None:
             raise RuntimeError("the engine runs already")
         sys.setswitchinterval(SWITCH)
-        rehearse(self.robot, self.skin, self.crops, self._params)
+        rehearse(self.robot, self.skin, self.cell, self._params)
         self._listening = self._clock.now()
         self._thread = threading.Thread(target=self._run, name="flinch-control", daemon=True)
         self._thread.start()

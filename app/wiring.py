@@ -6,6 +6,7 @@ from typing import cast, get_args
 
 from app.actions import RunProgram
 from app.assets import asset_folder
+from app.cell.parts import Cell
 from app.config import ControlMode, Params
 from app.control.programs import find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
@@ -72,7 +73,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     kind, _, rest = ("simulated", "", "") if mixed else real.partition(":")
     if kind == "simulated" and not rest:
         scene = load_scene(find_scene(setup.scene), setup.seed)
-        world = World(scene.bodies, scene.crops)
+        world, cell = World(scene.bodies), scene.cell
         errors = ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
         simulated = SimulatedSkin(robot, skin, world, setup.seed, errors)
         source: Source = simulated
@@ -83,7 +84,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
             source = MixedSkin(_real_source(real, skin, clock), simulated)
     else:
         # real sensors see a real world; drawing a simulated one would mislead
-        world, source = World(()), _real_source(real, skin, clock)
+        world, source, cell = World(()), _real_source(real, skin, clock), Cell()
         home, goal, title = None, None, f"{'recorded' if kind == 'replay' else 'real'} world"
     arm: Arm | None = None
     try:
@@ -99,11 +100,11 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         ghost = None
         if setup.ghost:
             q = arm.state(clock.now()).q
-            ghost = Ghost(robot, skin, world, _mode(setup.ghost), q, setup.seed)
+            ghost = Ghost(robot, skin, world, cell, _mode(setup.ghost), q, setup.seed)
         engine = Engine(
             robot, skin, arm, source, world, clock,
             params=params, goal=goal, rate=setup.rate, scene=title, programs=programs,
-            background=setup.background, ghost=ghost,
+            background=setup.background, ghost=ghost, cell=cell,
         )  # fmt: skip
     except BaseException:
         source.close()

@@ -51,10 +51,12 @@ def _run(watch: Watch, count: int, rate: float, seconds: float, seed: int) -> li
     own = load_skin(robot.folder / robot.skin, robot)
     skin = build_skin("many", tuple(own.sensors[i % own.count] for i in range(count)), robot)
     scene = load_scene(find_scene("cell"), seed)
-    world = World(scene.bodies, scene.crops)
+    world = World(scene.bodies)
     source = SimulatedSkin(robot, skin, world, seed)
     arm, clock = SimulatedArm(robot, scene.home), WallClock()
-    engine = Engine(robot, skin, arm, source, world, clock, goal=scene.goal, rate=rate)
+    engine = Engine(
+        robot, skin, arm, source, world, clock, goal=scene.goal, rate=rate, cell=scene.cell
+    )
     with watch(engine):
         engine.start()
         try:

@@ -67,7 +67,7 @@ def bench_serial(setup: Setup, seconds: float) -> Report:
         engine = Engine(
             robot, skin, SimulatedArm(robot), source, World(()), clock, rate=setup.rate
         )  # fmt: skip
-        rehearse(robot, skin, (), engine.params)
+        rehearse(robot, skin, engine.cell, engine.params)
         engine.post(SetMode(Mode.RUNNING))
         times = Times()
         begin, busy = clock.now(), port.facts().busy

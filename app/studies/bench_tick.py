@@ -58,7 +58,7 @@ def _full_set(engine: Engine, repeats: int = 200) -> list[float]:
     """Every sensor's frame at one posture through self filter and closest pairs."""
     robot, skin, params = engine.robot, engine.skin, engine.params
     posture = robot.posture(robot.home)
-    cloud, body = SkinCloud(robot, skin, engine.crops), BodyPairs(robot)
+    cloud, body = SkinCloud(robot, skin, engine.cell), BodyPairs(robot)
     rng = np.random.default_rng(0)
     status, targets = np.full(SLOTS, 5, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8)
     times = []

@@ -46,7 +46,7 @@ class Judge:
         self._distal = robot.supports.sum(axis=1)[self._moving] >= DISTAL
         self._truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
         shapes = engine.world.shapes()
-        self._cell = [c.name for c in engine.crops if c.name in shapes]  # static, never avoided
+        self._cell = [b.name for b in engine.cell.boxes if b.name in shapes]  # never avoided
         self._next = -np.inf
         self._mode = Mode.RUNNING
         self.record = Record()

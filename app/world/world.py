@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from app.assets import asset_folder
 from app.errors import WorldError, options
-from app.messages import Array, BodyPose, BodyView, CropBox, freeze
+from app.messages import Array, BodyPose, BodyView, freeze
+from app.poses import transform
 from app.raycast import MISS, to_body
 from app.world.motion import Motion, Still
 from app.world.reach import reached
 from app.world.shapes import Shape, make_shape
-from app.world.tables import transform, vector
+from app.world.tables import vector
 
 Colour = tuple[int, int, int]
 Cone = tuple[Array, Array, float, float]  # apex, unit axis, half angle, far: see World.cast
@@ -41,10 +42,9 @@ class Body:
 
 
 class World:
-    """Bodies and their poses at one time, and the crop boxes of the static ones."""
+    """Bodies and their poses at one time."""
 
-    def __init__(self, bodies: Iterable[Body], crops: Iterable[CropBox] = ()) -> None:
-        self.crops: tuple[CropBox, ...] = tuple(crops)
+    def __init__(self, bodies: Iterable[Body]) -> None:
         self._bodies: dict[str, Body] = {}
         self._views: dict[str, BodyView] = {}
         self._t = 0.0
