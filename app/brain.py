@@ -9,12 +9,13 @@ bit. Motion stops on any doubt, with a reason; only a person's action sets it go
 """
 
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from app import actions as asked
+from app.cell.parts import Cell
 from app.config import ControlMode, Params, change
 from app.control.clearance import Clearance
 from app.control.controllers import Controllers
@@ -27,7 +28,6 @@ from app.messages import (
     NO_NOTICE,
     Array,
     Command,
-    CropBox,
     Goal,
     JointState,
     Mode,
@@ -57,17 +57,17 @@ class Brain:
         self,
         robot: Robot,
         skin: Skin,
-        cell: Sequence[CropBox] = (),
+        cell: Cell | None = None,
         params: Params | None = None,
         *,
         goal: Goal | None = None,
         programs: Mapping[str, Program] | None = None,
         begin: Mode = Mode.RUNNING,
     ) -> None:
-        self.robot, self.skin, self.cell = robot, skin, tuple(cell)
+        self.robot, self.skin, self.cell = robot, skin, cell or Cell()
         self._born = params or Params(), goal, dict(programs or {}), begin
-        self._perception = Perception(robot, skin, cell)
-        self._controllers = Controllers(robot, cell)
+        self._perception = Perception(robot, skin, self.cell)
+        self._controllers = Controllers(robot, self.cell)
         self.reset()
 
     def sibling(self, mode: ControlMode) -> "Brain":
@@ -83,6 +83,7 @@ class Brain:
         self.params, goal, programs, begin = self._born
         self._perception.reset()
         self._controllers.reset()
+        self._know()
         self._errand = Errand(programs, goal)
         self._guard = Guard(self.skin.count, begin)
         self._notice = NO_NOTICE
@@ -150,7 +151,7 @@ class Brain:
             self._notice = Notice(x.refused, refused=True)
         background = self._perception.background
         if background.finish(x.now):
-            self._notice = Notice(f"background learned: {len(background.cells)} cells")
+            self._notice = Notice(f"{len(background.preview)} cubes learned: keep or discard them")
         return engage
 
     def _act(self, action: asked.Action, x: Inputs, T_base_tool: Array) -> bool:
@@ -163,9 +164,23 @@ class Brain:
                 return self._set_mode(Mode(mode), reason, x.now, T_base_tool)
             case asked.LearnBackground(seconds=seconds):
                 self._perception.background.learn(x.now, seconds)
+            case asked.KeepBackground():
+                self._perception.background.keep()
+                self._know()
+            case asked.DiscardBackground():
+                self._perception.background.discard()
+            case asked.ForgetBackground():
+                self._perception.background.forget()
+                self._know()
             case asked.Remark(words=words, refused=refused):
                 self._notice = Notice(words, refused)
         return False
+
+    def _know(self) -> None:
+        """What hides from the perception bounds the motion, from the same tick on."""
+        known = self._perception.background.known
+        self._perception.know(known)
+        self._controllers.know(known)
 
     def _set_mode(self, mode: Mode, reason: str, now: float, T_base_tool: Array) -> bool:
         if mode is Mode.HOLDING:

@@ -71,20 +71,6 @@ class JointState:
     qd: Array
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class CropBox:
-    """A box around a known, static part of the cell: points inside it are not obstacles.
-
-    T_base_box: (4, 4) pose of the box's centre.   size: (3,) full edge lengths [m].
-    plane:      instead of a box, all that lies below its x-y plane; `size` is to draw it.
-    """
-
-    name: str
-    T_base_box: Array
-    size: Array
-    plane: bool = False
-
-
 # --- perception ---------------------------------------------------------------------------
 
 
@@ -94,7 +80,7 @@ class Verdict(IntEnum):
     KEPT = 0  # a point of the world
     SELF = 1  # the robot's own body, within the threshold of the hit
     BEHIND = 2  # farther than the body that stands in the ray's way: impossible
-    STATIC = 3  # inside a crop box of the known, static cell
+    STATIC = 3  # inside the known, static cell
     BAD_STATUS = 4  # the sensor itself does not trust it
     NO_TARGET = 5  # the sensor saw nothing; its distance is junk
     OUT_OF_RANGE = 6  # nearer or farther than the accepted range

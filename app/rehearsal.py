@@ -1,20 +1,20 @@
 """Every kernel called once, in every way, before an arm may move: nothing compiles later."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import get_args
 
 import numpy as np
 
 from app.brain import Brain
+from app.cell.parts import Cell
 from app.config import ControlMode, Params
-from app.messages import SLOTS, CropBox, JointState, SensorFrame, freeze
+from app.messages import SLOTS, JointState, SensorFrame, freeze
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import ArmReport, Inputs, SourceReport
 
 
-def rehearse(robot: Robot, skin: Skin, cell: Sequence[CropBox], params: Params) -> None:
+def rehearse(robot: Robot, skin: Skin, cell: Cell, params: Params) -> None:
     """Tick a brain of its own once in every way.
 
     Seconds on the very first start, a moment once the kernels' cache on disk is filled.

@@ -12,6 +12,7 @@ import queue
 import sys
 import threading
 from dataclasses import replace
+from typing import Protocol
 
 import numpy as np
 
@@ -28,6 +29,13 @@ from app.timing import Clock, Latest, Stopwatch, Subscription, Ticker
 log = logging.getLogger(__name__)
 SWITCH = 1e-3  # [s] the control thread waits no longer for another one; 5 ms is a whole tick
 Tick = tuple[Inputs, Outputs]
+
+
+class Follower(Protocol):
+    """Who is handed every tick: a queue, or somebody who looks for one thing in it."""
+
+    def put(self, value: Tick) -> None: ...
+    def close(self) -> None: ...
 
 
 class Engine:
@@ -50,7 +58,7 @@ class Engine:
         self.ghost: Ghost | None = None
         self._clock, self._period = clock, 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
-        self._subscribers: tuple[Subscription[Tick], ...] = ()
+        self._followers: tuple[Follower, ...] = ()
         self._trace = ""  # of the last tick
         self._fault = ""  # what failed in this machine since the last tick
         self._last: Reading | None = None
@@ -66,8 +74,12 @@ class Engine:
     def subscribe(self, room: int) -> Subscription[Tick]:
         """Every tick's Inputs and Outputs from now on; at most `room` of them wait."""
         new: Subscription[Tick] = Subscription(room)
-        self._subscribers = (*self._subscribers, new)
+        self.follow(new)
         return new
+
+    def follow(self, follower: Follower) -> None:
+        """Hand every tick from now on to `follower`, which must not take long."""
+        self._followers = (*self._followers, follower)
 
     # --- one tick -------------------------------------------------------------------------
 
@@ -153,8 +165,8 @@ class Engine:
     ) -> Snapshot:
         snapshot = snapshot_of(x, out, timing, self.plant.bodies(), ghost)
         self.snapshots.put(snapshot, x.now)
-        for subscriber in self._subscribers:
-            subscriber.put((x, out))
+        for follower in self._followers:
+            follower.put((x, out))
         self._tick += 1
         return snapshot
 
@@ -184,6 +196,8 @@ class Engine:
         try:
             self.stop()
         finally:
+            for follower in self._followers:
+                follower.close()
             self.plant.close()
 
     def _run(self) -> None:

@@ -113,6 +113,9 @@ class Subscription(Generic[T]):
         """All that has come since the last call, oldest first."""
         return [self._queue.popleft() for _ in range(len(self._queue))]
 
+    def close(self) -> None:
+        """What waits may still be taken."""
+
 
 class Stopwatch:
     """Laps of one tick: where the time went, by name [s]."""

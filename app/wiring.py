@@ -1,6 +1,6 @@
 """Names into parts: builds an engine from what a person asked for. Decides nothing else."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import cast, get_args
@@ -10,11 +10,14 @@ import numpy as np
 from app.actions import RunProgram
 from app.assets import asset_folder
 from app.brain import Brain
+from app.cell.files import load_cell
+from app.cell.parts import Cell
 from app.config import ControlMode, Params
 from app.control.programs import Program, find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
-from app.messages import Array, CropBox, Goal, Mode, freeze
+from app.keeper import Keeper
+from app.messages import Array, Goal, Mode, freeze
 from app.plant.mixed import MixedPlant
 from app.plant.plant import Arm
 from app.plant.real import RealPlant
@@ -36,6 +39,7 @@ from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
 from app.tick import Limits
 from app.timing import Clock, ManualClock, WallClock
+from app.world.cells import find_cell, is_scene, read_cell
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
@@ -49,6 +53,7 @@ class Setup:
     robot: str = "ur10e"
     skin: str = ""  # a layout's name or path; empty: the robot's own
     scene: str = "cell"
+    cell: str = ""  # the known static place, by name or path; empty: the scene's
     sensors: str = "simulated"  # or replay:PATH[@SENSOR], serial:PORT, each with +simulated
     rate: float = 250.0
     seed: int = 0
@@ -67,6 +72,11 @@ class Setup:
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
             raise ConfigError(f"rate = {self.rate:g} Hz; give a value from 50 to 500")
+        if self.armed and not self.cell:
+            raise ConfigError(
+                "--arm needs to know the cell, or the arm takes its own table for free space; "
+                "write one (static_assets/cells/table.toml shows how) and give --cell FILE"
+            )
 
 
 def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> Engine:
@@ -79,6 +89,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         programs[own.name] = own
     scene = load_scene(find_scene(setup.scene), setup.seed)
     home, simulated = _home(setup, scene, robot), setup.driver == SIMULATED
+    cell, learned_file = _cell(setup, scene)
     held: list[Arm | Source] = []
     try:
         source, world = _source(setup, robot, skin, scene, clock)
@@ -87,7 +98,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         held.append(arm)
         engine = assemble(
             robot, skin, arm, source, world, clock,
-            cell=scene.crops, params=params, rate=setup.rate, programs=programs,
+            cell=cell, params=params, rate=setup.rate, programs=programs,
             # a real arm stays where it is until a person says where to go, and when
             goal=scene.goal if simulated and world is not None else None,
             begin=Mode.RUNNING if simulated else Mode.HOLDING,
@@ -95,6 +106,8 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
+        if learned_file is not None:
+            engine.follow(Keeper(learned_file, engine.post))
         if setup.ghost:
             engine.ghost = _ghost(setup, engine, world, source, arm.state(clock.now()).q)
     except BaseException:
@@ -109,7 +122,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
 def assemble(
     robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None, clock: Clock,
     *,
-    cell: Sequence[CropBox] = (),
+    cell: Cell | None = None,
     params: Params | None = None,
     goal: Goal | None = None,
     programs: Mapping[str, Program] | None = None,
@@ -155,6 +168,22 @@ def limited(robot: Robot, limits: Limits) -> Robot:
         qd_max=freeze(np.minimum(robot.qd_max, limits.qd_max)),
         qdd_max=freeze(np.minimum(robot.qdd_max, limits.qdd_max)),
     )
+
+
+def _cell(setup: Setup, scene: Scene) -> tuple[Cell, Path | None]:
+    """The known place, and the file that keeps what is learned of it, if one does.
+
+    A person's own cell file keeps it itself; a shipped one, or a scene, is not written to.
+    """
+    cell, keeps = scene.cell, setup.background
+    if setup.cell:
+        path = find_cell(setup.cell)
+        cell = read_cell(path)
+        if keeps is None and path == Path(setup.cell) and not is_scene(path):
+            keeps = path
+    if setup.background is not None and setup.background.exists():
+        cell = replace(cell, learned=cell.learned.with_more(load_cell(setup.background).learned))
+    return cell, keeps
 
 
 def _real_title(setup: Setup) -> str:

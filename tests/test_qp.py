@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.cell.parts import Box, Cell
 from app.config import Params
 from app.control import whole_body as whole_body_module
 from app.control.avoidance import Avoidance
@@ -19,7 +20,7 @@ from app.control.qp import Costs, solve
 from app.control.rows import Bounds, Rows
 from app.control.whole_body import WholeBody
 from app.errors import FlinchError
-from app.messages import CropBox, Goal, JointState, Pairs
+from app.messages import Goal, JointState, Pairs
 from app.robot.arm import SimulatedArm
 
 QP = Params(mode="qp")
@@ -234,11 +235,12 @@ def test_neighbours_are_no_pair_and_the_wrist_is_kept_from_the_upper_arm(robot):
     assert ("wrist_1_link", "wrist_3_link") not in pairs
 
 
-def test_the_distance_to_a_crop_box_is_that_of_the_capsules(robot):
+def test_the_distance_to_a_box_of_the_cell_is_that_of_the_capsules(robot):
     posture = robot.posture(robot.home)
     T = np.eye(4)
     T[:3, 3] = posture.T_base_link[6, :3, 3] + [0.5, 0.0, 0.0]
-    gaps = Clearance(robot, [CropBox("post", T, np.array([0.2, 2.0, 2.0]))]).measure(posture, 0.6)
+    post = Cell(boxes=(Box("post", T, np.array([0.2, 2.0, 2.0])),))
+    gaps = Clearance(robot, post).measure(posture, 0.6)
     cell = gaps.b == -1
     wrist = (gaps.a == 6) & cell
     assert wrist.sum() == 1 and gaps.normal[wrist][0] == pytest.approx([-1.0, 0.0, 0.0], abs=1e-6)
@@ -249,8 +251,8 @@ def test_the_distance_to_a_crop_box_is_that_of_the_capsules(robot):
 def test_the_arm_does_not_run_into_itself_or_the_table(robot):
     T = np.eye(4)
     T[2, 3] = -0.05
-    table = CropBox("table", T, np.array([2.0, 2.0, 0.1]))
-    control, clearance = WholeBody(robot, [table]), Clearance(robot, [table])
+    table = Cell(boxes=(Box("table", T, np.array([2.0, 2.0, 0.1])),))
+    control, clearance = WholeBody(robot, table), Clearance(robot, table)
     for place in ([0.15, 0.1, -0.3], [0.6, 0.3, -0.2]):  # beside the base, and out on the table
         goal = robot.posture(robot.home).T_base_tool.copy()
         goal[:3, 3] = place

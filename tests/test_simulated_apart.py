@@ -25,7 +25,7 @@ EVERYONE = np.ones(30, dtype=bool)
 
 def cell():
     scene = load_scene(find_scene("cell"))
-    return World(scene.bodies, scene.crops)
+    return World(scene.bodies)
 
 
 def answered(eye, seconds=20.0):

@@ -16,13 +16,13 @@ import viser
 from app.actions import (
     Action,
 )
+from app.cell.parts import Box, Cell, HalfSpace
 from app.config import Params
 from app.messages import (
     BodyPose,
     BodyView,
     Cloud,
     Command,
-    CropBox,
     Goal,
     JointState,
     Mode,
@@ -39,6 +39,10 @@ from app.timing import Latest, ManualClock
 from app.ui.page import Page
 
 SENSORS = 2
+CELL = Cell(
+    boxes=(Box("table", np.eye(4), np.array([1.0, 1.0, 0.1])),),
+    planes=(HalfSpace("floor", np.eye(4), np.array([2.0, 2.0])),),
+)
 
 
 @dataclass
@@ -51,7 +55,7 @@ class FakeEngine:
     source: str = "a test"
     scene: str = "none"
     programs: tuple[str, ...] = ("screws",)
-    crops: tuple[CropBox, ...] = (CropBox("table", np.eye(4), np.array([1.0, 1.0, 0.1])),)
+    cell: Cell = CELL
     posted: list[Action] = field(default_factory=list)
 
     def post(self, action: Action) -> None:

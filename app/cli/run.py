@@ -44,6 +44,10 @@ class Run(WhichRobot):
     """A sensor layout's name or path; default: the robot's own."""
     scene: str = "cell"
     """A scene's name, or the path of its TOML file."""
+    cell: str = ""
+    """The known static place (boxes, planes, what was learned): a cell's or a scene's name, or the
+    path of its TOML file; default: the scene's, which is nobody's real place. Points in it are no
+    obstacles, and the arm keeps out of it. What is learned on the page is kept in your own file."""
     sensors: str = "simulated"
     """'simulated'; 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor); or
     'serial:PORT[@BAUD][#FORMAT][=SENSORS]', several ports separated by commas, 'serial:auto' to
@@ -63,7 +67,7 @@ class Run(WhichRobot):
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
     background: Path | None = None
-    """File of the learned background: read at the start, written when one is learned."""
+    """Keep what is learned of the cell in this file and not in the cell's own."""
     ranges: Path | None = None
     """Table of each zone's range error, from `flinch calibrate-ranges`."""
     stray: float = 0.0
@@ -101,7 +105,7 @@ class Run(WhichRobot):
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
         setup = Setup(
-            self.robot, self.skin, self.scene, self.sensors, self.rate, self.seed,
+            self.robot, self.skin, self.scene, self.cell, self.sensors, self.rate, self.seed,
             urdf=self.urdf, choice=self.choice(),
             stray=self.stray, program=self.program, ghost=self.ghost,
             background=self.background, ranges=self.ranges,

@@ -4,16 +4,17 @@ Which pairs a controller works with is its own fact: the sensors' mounting point
 point of every link, or several points a link.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import Literal
 
+from app.cell.learned import Learned
+from app.cell.parts import Cell
 from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
 from app.control.separation import in_use
 from app.control.stuck import Stuck
 from app.control.whole_body import WholeBody
-from app.messages import Array, Command, CropBox, Goal, JointState, Pairs
+from app.messages import Array, Command, Goal, JointState, Pairs
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -21,8 +22,8 @@ from app.robot.posture import Posture
 class Controllers:
     """One command a tick by the controller of `params.mode`; it takes over what is in force."""
 
-    def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
-        bounds = WholeBody(robot, crops)
+    def __init__(self, robot: Robot, cell: Cell) -> None:
+        bounds = WholeBody(robot, cell)
         self._bounds = bounds
         self._by_mode: dict[ControlMode, Avoidance | WholeBody] = {
             "wb": Avoidance(robot),
@@ -40,6 +41,10 @@ class Controllers:
         for controller in self._by_mode.values():
             controller.reset(previous)
         self._stuck.reset()
+
+    def know(self, learned: Learned) -> None:
+        """From now on this is what was learned of the cell."""
+        self._bounds.know(learned)
 
     def kind(self, params: Params) -> Literal["mounts", "links", "several"]:
         """Which pairs the controller in these settings works with."""

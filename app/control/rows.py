@@ -11,17 +11,19 @@ own approach speed w added; the root is what can still be braked with the decele
 what approaches is slowed: moving away and along is free. Inside d_s a retreat is demanded.
 """
 
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.cell.learned import Learned
+from app.cell.parts import Cell
 from app.compiled import compiled
 from app.config import Params
-from app.control.clearance import KEPT, Clearance, Gaps
+from app.control.clearance import Clearance
+from app.control.gaps import KEPT, Gaps
 from app.control.separation import FASTEST, ceiling, in_use
-from app.messages import Array, CropBox, Pairs
+from app.messages import Array, Pairs
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -34,7 +36,8 @@ DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
 SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
 SELF_GAIN = 5.0  # [1/s]
-MOST, MOST_OWN = 24, 8  # rows: of the world, and of the robot itself with the cell
+LEVER = 0.01  # [m, or 1 for a sliding joint] see `_own`
+MOST, MOST_OWN = 24, 12  # rows: of the world, and of the robot itself with the cell
 NOTHING = np.empty(0)
 STATIC_COST, MOVING_COST, SELF_COST = (50.0, 100.0), (100.0, 100.0), (500.0, 1000.0)
 
@@ -59,8 +62,12 @@ class Rows(NamedTuple):
 class Bounds:
     """Makes the rows of each tick: the world's first, then the robot's own and the cell's."""
 
-    def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
-        self._robot, self._clearance = robot, Clearance(robot, crops)
+    def __init__(self, robot: Robot, cell: Cell | None = None) -> None:
+        self._robot, self._clearance = robot, Clearance(robot, cell)
+
+    def know(self, learned: Learned) -> None:
+        """From now on this is what was learned of the cell, instead of what was before."""
+        self._clearance.know(learned)
 
     def rows(
         self,
@@ -246,17 +253,22 @@ def _own(
     m: int,
     out: Rows,
 ) -> int:
-    """Append the rows of the nearest gaps; how many rows there are then.
+    """Append the rows of the nearest gaps that can bound; how many rows there are then.
 
-    A gap to the cell has only the one side that moves.
+    A gap to the cell has only the one side that moves. Where all joints together cannot move
+    that side along the normal it is no bound, however near it is: the turning shoulder stands
+    in the table's margin for ever, and a demand to leave would only swing the rest. It fades
+    in over `LEVER`; what is left out within it changes a distance of 10 cm from an axis by 2 mm.
     """
     if len(gaps.distance) == 0:
         return m
-    order = np.argsort(gaps.distance, kind="mergesort")
-    for k in order[:MOST_OWN]:
+    most = m + MOST_OWN
+    for k in np.argsort(gaps.distance, kind="mergesort"):
+        if m == most:
+            break
         n, d, a, b = gaps.normal[k], gaps.distance[k], gaps.a[k], gaps.b[k]
         turn_a, turn_b = np.cross(gaps.on_a[k], n), np.cross(gaps.on_b[k], n)
-        J, reach = out.jacobian[m], 0.0
+        J, reach, lever = out.jacobian[m], 0.0, 0.0
         for j in range(len(J)):
             along, one, two = 0.0, 0.0, 0.0
             for r in range(3):
@@ -267,7 +279,11 @@ def _own(
             if b >= 0:
                 J[j] -= supports[b, j] * (along + two)
             reach += abs(J[j]) * box.speed * box.qd_max[j]
+            lever += abs(J[j])
         bound = min(-SELF_GAIN * (d - KEPT), v_esc, kappa * reach)
+        if b < 0 and lever < 2.0 * LEVER:
+            able = max(lever - LEVER, 0.0) / LEVER
+            bound = able * bound - (1.0 - able) * reach
         if not _bites(J, bound, box):
             continue
         out.low[m], out.source[m] = bound, -1

@@ -5,12 +5,13 @@ closest pair does not move the arm, since the other pair was a bound already. Th
 limits are hard; see `app.control.rows` for the bounds and `app.control.qp` for the costs.
 """
 
-from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from app.cell.learned import Learned
+from app.cell.parts import Cell
 from app.compiled import compiled
 from app.config import Params
 from app.control.goals import goal_twist
@@ -21,7 +22,7 @@ from app.control.rows import Bounds, reach
 from app.control.separation import ages, in_use, needed
 from app.control.steady_rows import SteadyRows
 from app.errors import FlinchError
-from app.messages import Array, Command, CropBox, Goal, JointState, Pairs, freeze
+from app.messages import Array, Command, Goal, JointState, Pairs, freeze
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -39,9 +40,9 @@ EASE = 0.08  # [s] of each of two stages that ease the goal's twist in
 class WholeBody:
     """Turns pairs and a goal into joint velocities that keep every limit."""
 
-    def __init__(self, robot: Robot, crops: Sequence[CropBox] = ()) -> None:
+    def __init__(self, robot: Robot, cell: Cell | None = None) -> None:
         self._robot = robot
-        self._bounds = Bounds(robot, crops)
+        self._bounds = Bounds(robot, cell)
         self._steady = SteadyRows()
         self.reset()
         self._warm_up()
@@ -52,6 +53,10 @@ class WholeBody:
         self._unsolved, self._relaxed, self._share = 0, 0.0, 1.0
         self._eased = np.zeros((2, 6))
         self._steady.reset()
+
+    def know(self, learned: Learned) -> None:
+        """From now on this is what was learned of the cell, instead of what was before."""
+        self._bounds.know(learned)
 
     def update(
         self,

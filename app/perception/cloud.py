@@ -10,8 +10,9 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
+from app.cell.parts import Cell
 from app.config import Params
-from app.messages import SLOTS, Cloud, CropBox, SensorFrame, Verdict, freeze
+from app.messages import SLOTS, Cloud, SensorFrame, Verdict, freeze
 from app.perception.background import Background
 from app.perception.beams import place
 from app.perception.ghosts import Ghosts
@@ -29,13 +30,13 @@ UNCONFIRMED = (6, 10)  # valid but with no previous target to compare with
 class SkinCloud:
     """The newest judged frame of every sensor, in fixed slots."""
 
-    def __init__(self, robot: Robot, skin: Skin, crops: Sequence[CropBox]) -> None:
+    def __init__(self, robot: Robot, skin: Skin, cell: Cell) -> None:
         self._skin = skin
         self._mount = skin.link.astype(np.int64)
         self._self_filter = SelfFilter(robot, skin)
-        self._static_filter = StaticFilter(crops)
+        self.static_filter = StaticFilter(cell)
         self._ghosts = Ghosts(skin)
-        self.background = Background()
+        self.background = Background(cell.learned)
         self.reset()
 
     def reset(self) -> None:
@@ -76,8 +77,7 @@ class SkinCloud:
             params.range_min, params.range_max, verdict, points,
         )  # fmt: skip
         flat = points.reshape(-1, 3)
-        known = self._static_filter.inside(flat) | self.background.inside(flat)
-        known = known.reshape(verdict.shape)
+        known = self.static_filter.inside(flat).reshape(verdict.shape)
         verdict[known & (verdict == KEPT)] = STATIC
         self._ghosts.doubt(sensors, depth, verdict, gap, params)
         self.background.take(points[verdict == KEPT], chosen[-1].stamp)

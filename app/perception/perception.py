@@ -14,12 +14,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from app.cell.learned import Learned
+from app.cell.parts import Cell
 from app.config import Params
 from app.messages import (
     SLOTS,
     Array,
     Cloud,
-    CropBox,
     JointState,
     Pairs,
     SensorFrame,
@@ -60,10 +61,10 @@ class Percept:
 class Perception:
     """Holds all that is remembered of frames and joint states; no clock, no device."""
 
-    def __init__(self, robot: Robot, skin: Skin, crops: Sequence[CropBox] = ()) -> None:
-        self._robot = robot
+    def __init__(self, robot: Robot, skin: Skin, cell: Cell) -> None:
+        self._robot, self._cell = robot, cell
         self._history = JointHistory(robot.n)
-        self._cloud = SkinCloud(robot, skin, crops)
+        self._cloud = SkinCloud(robot, skin, cell)
         self._body = BodyPairs(robot)
         self._memory = Memory(robot, skin)
         self._speed = ObstacleSpeed(skin)
@@ -75,9 +76,15 @@ class Perception:
         """The learned background."""
         return self._cloud.background
 
+    def know(self, learned: Learned) -> None:
+        """From now on this is what was learned of the cell."""
+        self._cloud.static_filter.know(learned)
+
     def reset(self) -> None:
-        """Know nothing."""
+        """Know nothing but the cell that was given."""
         self._history.reset()
+        self._cloud.background = Background(self._cell.learned)
+        self.know(self._cell.learned)
         self._cloud.reset()
         self._memory.reset()
         self.begin_anew()

@@ -8,13 +8,12 @@ late. An empty loop of the same rate runs before and after: what it misses is th
 
 import gc
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import AbstractContextManager
 from typing import Any
 
 import numpy as np
 
-from app.messages import CropBox, Goal
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, build_skin, load_skin
@@ -70,11 +69,9 @@ def _run(
     watch: Watch, robot: Robot, skin: Skin, scene: Scene, source: Source, world: World | None,
     rate: float, seconds: float,
 ) -> list[float]:  # fmt: skip
-    cell: Sequence[CropBox] = scene.crops
-    goal: Goal | None = scene.goal
     arm = SimulatedArm(robot, scene.home)
     engine = assemble(
-        robot, skin, arm, source, world, WallClock(), cell=cell, goal=goal, rate=rate
+        robot, skin, arm, source, world, WallClock(), cell=scene.cell, goal=scene.goal, rate=rate
     )  # fmt: skip
     try:
         with watch(engine):

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from app.cell.parts import Cell
 from app.config import Params
 from app.messages import SLOTS, Array, SensorFrame
 from app.perception.cloud import SkinCloud
@@ -129,7 +130,7 @@ def _times(
     robot: Robot, skin: Skin, scene: Scene, repeats: int, prefix: str
 ) -> tuple[list[dict[str, Any]], list[Check]]:
     judge, body, everyone = SelfFilter(robot, skin), BodyPairs(robot), np.arange(skin.count)
-    cloud = SkinCloud(robot, skin, ())
+    cloud = SkinCloud(robot, skin, Cell())
     frames = [frames_of(depth, 0.0) for _, depth in scene]
     views = []
     for (posture, _), f in zip(scene, frames, strict=True):
@@ -230,7 +231,7 @@ def _both(
     """The self filter and the closest pairs of a whole set, to be timed."""
     judge, body, everyone = SelfFilter(robot, skin), BodyPairs(robot), np.arange(skin.count)
     depth = rng.uniform(0.1, 2.0, (skin.count, SLOTS))
-    cloud = SkinCloud(robot, skin, ())
+    cloud = SkinCloud(robot, skin, Cell())
     cloud.take(frames_of(depth, 0.0), scene[0][0], NINE)
     view, n = cloud.view(0.0, NINE), len(scene)
     return (

@@ -65,7 +65,7 @@ def bench_serial(setup: Setup, seconds: float) -> Report:
         source = AuditedSkin(skin, [port], [spec])
         arm = SimulatedArm(robot)
         engine = assemble(robot, skin, arm, source, None, clock, rate=setup.rate)
-        rehearse(robot, skin, (), engine.brain.params)
+        rehearse(robot, skin, engine.cell, engine.brain.params)
         engine.post(SetMode(Mode.RUNNING))
         times = Times()
         begin, busy = clock.now(), port.facts().busy

@@ -78,7 +78,7 @@ def emulate(
     else:
         scene = load_scene(find_scene(setup.scene), setup.seed)
         home = robot.home if scene.home is None or scene.robot != robot.name else scene.home
-        world = World(scene.bodies, scene.crops)
+        world = World(scene.bodies)
         eye = SimulatedSkin(robot, skin, world, setup.seed, latency=0.0)
         eye.muted = set(range(skin.count)) - set(sensors)
         frames = Simulated(eye, world, robot.posture(home))

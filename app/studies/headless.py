@@ -58,7 +58,7 @@ class Judge:
         plant = engine.plant
         self._world = plant.world if isinstance(plant, SimulatedPlant) else World(())
         shapes = self._world.shapes()
-        self._cell = [c.name for c in engine.cell if c.name in shapes]  # static, never avoided
+        self._cell = [b.name for b in engine.cell.boxes if b.name in shapes]  # never avoided
         self._points = [b.vertices[np.unique(b.faces)] for b in robot.bodies]
         self._next = -np.inf
         self._mode = Mode.RUNNING

@@ -22,6 +22,8 @@ HEALTH: dict[SensorHealth, RGB] = {
     SensorHealth.SLOW: (222, 203, 80),
 }
 
+KNOWN: RGB = (95, 104, 115)  # learned cubes, and those that a person has not kept yet
+PREVIEW: RGB = (240, 160, 40)
 REMEMBERED: RGB = (0, 158, 115)
 RAW: RGB = (70, 75, 82)
 POINT: dict[Verdict, RGB] = {

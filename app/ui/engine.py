@@ -3,7 +3,8 @@
 from typing import Protocol
 
 from app.actions import Action
-from app.messages import CropBox, Snapshot
+from app.cell.parts import Cell
+from app.messages import Snapshot
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.timing import Latest
@@ -25,5 +26,5 @@ class Engine(Protocol):
     @property
     def programs(self) -> tuple[str, ...]: ...  # waypoint programs by name
     @property
-    def cell(self) -> tuple[CropBox, ...]: ...
+    def cell(self) -> Cell: ...
     def post(self, action: Action) -> None: ...

@@ -20,6 +20,7 @@ from app.ui.panels.sensors_panel import SensorsPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump
 from app.ui.roles import Roles
+from app.ui.scene.cell_view import CellView
 from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
@@ -94,7 +95,8 @@ class Page:
     def _build(self, engine: Engine, clock: Clock, shapes: Shapes) -> None:
         server, gui = self.server, self.server.gui
         traffic = Traffic(server)
-        self.stage = Stage(server, engine.cell)
+        self.stage = Stage(server)
+        self.cell = CellView(server, engine.cell)
         self.robot = RobotView(server, engine)
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
@@ -128,9 +130,9 @@ class Page:
         self.roles = Roles(server, self.gate, self.control.everybody, self._let_go)
 
         views = (
-            self.stage, self.robot, self.ghost, self.cloud, self.pair, self.goal, self.world,
-            self.control, self.obstacles, self.goals, self.params, self.plot, self.health,
-            self.memory, self.roles, self.sensors, self.separation,
+            self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
+            self.world, self.control, self.obstacles, self.goals, self.params, self.plot,
+            self.health, self.memory, self.roles, self.sensors, self.separation,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
 
@@ -142,6 +144,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.stage,
+            self.cell, self.stage,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
+from app.cell.parts import Box, HalfSpace
 from app.errors import WorldError
-from app.messages import Array, CropBox, freeze
+from app.messages import Array, freeze
+from app.poses import transform
 from app.world.motion import make_motion, make_route
 from app.world.person import PAUSE, Plan, varied
 from app.world.shapes import make_shape
-from app.world.tables import Table, expect_keys, number, pose, transform, typed, vector
+from app.world.tables import Table, expect_keys, number, pose, typed, vector
 from app.world.world import Body, Colour
 
 MARGIN = 0.03  # m, around a static body
@@ -36,8 +38,8 @@ def entries(table: Table, kind: str, where: str) -> Iterator[tuple[dict[str, Any
         yield entry, f"{where}: {kind} {name!r}"
 
 
-def read_body(table: Table, folder: Path, where: str) -> tuple[Body, CropBox | None]:
-    """A body, and the crop box around it where it is static."""
+def read_body(table: Table, folder: Path, where: str) -> tuple[Body, Box | None]:
+    """A body, and the cell's box around it where it is static."""
     known = ["position_m", "rpy_deg", "colour", "movable", "static", "margin_m", "motion"]
     expect_keys(table, where, ["name", "shape"], known)
     static = typed(table, "static", where, bool, False)
@@ -56,7 +58,7 @@ def read_body(table: Table, folder: Path, where: str) -> tuple[Body, CropBox | N
         raise WorldError(f"{where}: margin_m = {margin:g}; give zero or more metres")
     low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)
     T_base_box = T @ transform((low + high) / 2, np.zeros(3))
-    return body, CropBox(body.name, freeze(T_base_box), freeze(high - low + 2 * margin))
+    return body, Box(body.name, freeze(T_base_box), freeze(high - low + 2 * margin))
 
 
 def read_person(table: Table, seed: int, where: str) -> Plan:
@@ -88,20 +90,18 @@ def read_person(table: Table, seed: int, where: str) -> Plan:
     return varied(plan, np.random.default_rng([own, seed]))
 
 
-def read_crop(table: Table, where: str) -> CropBox:
-    """A crop box of its own, for what the scene does not show as a body."""
+def read_crop(table: Table, where: str) -> Box:
+    """A box of its own, for what the scene does not show as a body."""
     expect_keys(table, where, ["name", "size_m"], ["position_m", "rpy_deg"])
     size = vector(table, "size_m", where, positive=True)
-    return CropBox(table["name"], freeze(pose(table, where)), size)
+    return Box(table["name"], freeze(pose(table, where)), size)
 
 
-def read_plane(table: Table, where: str) -> CropBox:
+def read_plane(table: Table, where: str) -> HalfSpace:
     """A plane: all that lies below it, against its own z axis, is known and static."""
     expect_keys(table, where, ["name"], ["position_m", "rpy_deg", "size_m"])
     size = vector(table, "size_m", where, length=2, default=(2.0, 2.0), positive=True)
-    return CropBox(
-        table["name"], freeze(pose(table, where)), freeze(np.append(size, 1e-3)), plane=True
-    )
+    return HalfSpace(table["name"], freeze(pose(table, where)), size)
 
 
 def read_preset(table: Table, folder: Path, where: str) -> dict[str, Any]:

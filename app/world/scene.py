@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from app.assets import asset_folder, find_asset
+from app.cell.parts import Cell
 from app.errors import WorldError
-from app.messages import Array, CropBox, Goal, freeze
+from app.messages import Array, Goal, freeze
 from app.toml import read_toml
 from app.world.entries import (
     entries,
@@ -26,6 +27,7 @@ from app.world.person import person_bodies
 from app.world.tables import expect_keys, pose, typed
 from app.world.world import Body
 
+KEYS = ("body", "person", "crop", "plane", "goal", "home_deg", "robot", "preset")
 PRESETS: Mapping[str, Mapping[str, Any]] = {  # where a scene names none
     "ball": {"kind": "sphere", "radius_m": 0.10},
     "box": {"kind": "box", "size_m": [0.20, 0.20, 0.30]},
@@ -37,8 +39,9 @@ PRESETS: Mapping[str, Mapping[str, Any]] = {  # where a scene names none
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A scene file, ready for `World(scene.bodies, scene.crops)`.
+    """A scene file.
 
+    bodies:  for a `World`.   cell: what of them is known and static, with crops and planes.
     goal:    where the tool should go at first, None = stay at home.
     home:    (n,) [rad] posture to begin in, None = the robot's own.
     robot:   name of the robot that `home` is a posture of; another one begins in its own.
@@ -49,7 +52,7 @@ class Scene:
     name: str
     title: str
     bodies: tuple[Body, ...]
-    crops: tuple[CropBox, ...]
+    cell: Cell
     goal: Goal | None
     home: Array | None
     presets: Mapping[str, Mapping[str, Any]]
@@ -68,16 +71,15 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
     """
     table = read_toml(path, dict, WorldError)
     where, folder = path.name, path.parent
-    known = ["body", "person", "crop", "plane", "goal", "home_deg", "robot", "preset"]
-    expect_keys(table, where, ["title"], known)
+    expect_keys(table, where, ["title"], KEYS)
 
     read = [read_body(entry, folder, here) for entry, here in entries(table, "body", where)]
     bodies = [body for body, _ in read]
-    crops = [crop for _, crop in read if crop is not None]
+    boxes = [box for _, box in read if box is not None]
     for entry, here in entries(table, "person", where):
         bodies += person_bodies(read_person(entry, seed, here))
-    crops += [read_crop(entry, here) for entry, here in entries(table, "crop", where)]
-    crops += [read_plane(entry, here) for entry, here in entries(table, "plane", where)]
+    boxes += [read_crop(entry, here) for entry, here in entries(table, "crop", where)]
+    planes = [read_plane(entry, here) for entry, here in entries(table, "plane", where)]
     named = entries(table, "preset", where)
     presets = {entry["name"]: read_preset(entry, folder, here) for entry, here in named}
 
@@ -86,11 +88,12 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
         entry = typed(table, "goal", where, dict, {})
         expect_keys(entry, f"{where}: goal", ["position_m"], ["rpy_deg"])
         goal = Goal(freeze(pose(entry, f"{where}: goal")))
+    title = typed(table, "title", where, str, "")
     return Scene(
         name=path.stem,
-        title=typed(table, "title", where, str, ""),
+        title=title,
         bodies=tuple(bodies),
-        crops=tuple(crops),
+        cell=Cell(title, tuple(boxes), tuple(planes)),
         goal=goal,
         home=read_angles(table, "home_deg", where),
         presets=presets or PRESETS,

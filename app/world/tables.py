@@ -12,6 +12,7 @@ import numpy as np
 
 from app.errors import WorldError, options
 from app.messages import Array, freeze
+from app.poses import transform
 
 Table = Mapping[str, Any]
 T = TypeVar("T")
@@ -69,19 +70,6 @@ def typed(table: Table, key: str, where: str, kind: type[T], default: T) -> T:
         wanted = names.get(kind, "a list in [ ]" if kind is list else "a table in { }")
         raise WorldError(f"{where}: {key} = {value!r}; give {wanted}")
     return value
-
-
-def transform(position: Array, rpy: Array) -> Array:
-    """Pose (4, 4) of a position (3,) [m] and turns (3,) [rad] about the fixed x, y, z axes."""
-    (cr, cp, cy), (sr, sp, sy) = np.cos(rpy), np.sin(rpy)
-    return np.array(
-        [
-            [cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr, position[0]],
-            [sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr, position[1]],
-            [-sp, cp * sr, cp * cr, position[2]],
-            [0.0, 0.0, 0.0, 1.0],
-        ]
-    )
 
 
 def pose(table: Table, where: str) -> Array:

@@ -14,11 +14,12 @@ import numpy as np
 from app.actions import AddObstacle, MoveObstacle, RemoveObstacle
 from app.assets import asset_folder
 from app.errors import WorldError, options
-from app.messages import Array, BodyPose, BodyView, CropBox, freeze
+from app.messages import Array, BodyPose, BodyView, freeze
+from app.poses import transform
 from app.raycast import Beams, Hits, RigidMesh, Solids
 from app.world.motion import Motion, Still
 from app.world.shapes import Shape, make_shape
-from app.world.tables import transform, vector
+from app.world.tables import vector
 
 Colour = tuple[int, int, int]
 Edit = AddObstacle | MoveObstacle | RemoveObstacle
@@ -41,10 +42,9 @@ class Body:
 
 
 class World:
-    """Bodies and their poses at one time, and the crop boxes of the static ones."""
+    """Bodies and their poses at one time."""
 
-    def __init__(self, bodies: Iterable[Body], crops: Iterable[CropBox] = ()) -> None:
-        self.crops: tuple[CropBox, ...] = tuple(crops)
+    def __init__(self, bodies: Iterable[Body]) -> None:
         self._bodies: dict[str, Body] = {}
         self._views: dict[str, BodyView] = {}
         self.time = 0.0  # [s] since the beginning

@@ -1,10 +1,9 @@
-"""What hardly ever changes: light, ground, crop boxes and where the eye starts."""
+"""What hardly ever changes: light, ground and where the eye starts."""
 
 import numpy as np
 import viser
 
-from app.messages import BodyPose, CropBox, Snapshot
-from app.ui.scene.poses import wxyz
+from app.messages import BodyPose, Snapshot
 from app.ui.scene.switch import Switch
 
 GAP = 0.002  # [m] below what stands on the ground, so that the two do not flicker
@@ -13,7 +12,7 @@ GAP = 0.002  # [m] below what stands on the ground, so that the two do not flick
 class Stage:
     """Built once; only the ground sinks below the lowest thing of the world."""
 
-    def __init__(self, server: viser.ViserServer, crops: tuple[CropBox, ...]) -> None:
+    def __init__(self, server: viser.ViserServer) -> None:
         scene = server.scene
         self._scene = scene
         scene.configure_environment_map("studio", environment_intensity=0.6)
@@ -36,21 +35,6 @@ class Stage:
             position=(0.0, 0.0, -GAP),
         )
         self._known: frozenset[str] = frozenset()
-        self._crops = [
-            scene.add_box(
-                f"/crop/{crop.name}",
-                (120, 130, 140),
-                crop.size,
-                wireframe=True,
-                visible=False,
-                opacity=0.35,
-                cast_shadow=False,
-                receive_shadow=False,
-                wxyz=wxyz(crop.T_base_box),
-                position=crop.T_base_box[:3, 3],
-            )
-            for crop in crops
-        ]
         camera = server.initial_camera
         camera.position, camera.look_at = (1.55, -1.95, 1.25), (0.28, 0.0, 0.36)
         camera.fov = 0.75
@@ -65,19 +49,11 @@ class Stage:
     def switches(self) -> list[Switch]:
         ground = Switch("Ground", True, lambda on: setattr(self._grid, "visible", on))
         words = "off: faster without a graphics card"
-        out = [ground, Switch("Shadows", True, self.cast_shadows, words)]
-        if self._crops:
-            words = "known, static parts of the cell: points inside are not obstacles"
-            out.append(Switch("Crop boxes", False, self._show_crops, words))
-        return out
+        return [ground, Switch("Shadows", True, self.cast_shadows, words)]
 
     def cast_shadows(self, on: bool) -> None:
         """Shadows tell how high a thing hovers, but are drawn anew for every picture."""
         self._scene.configure_default_lights(cast_shadow=on)
-
-    def _show_crops(self, on: bool) -> None:
-        for box in self._crops:
-            box.visible = on
 
 
 def lowest(body: BodyPose) -> float:
