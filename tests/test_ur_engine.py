@@ -7,6 +7,7 @@ pytest.importorskip("rtde_control", reason="ur-rtde has no wheel for this machin
 
 from app.actions import SetGoal, SetMode
 from app.messages import Mode
+from app.robot.ur import stream
 from app.robot.ur.driver import UrArm
 from app.robot.ur.emulator.controller import standing_after
 from app.sensing.error_model import ErrorModel
@@ -24,8 +25,9 @@ def ur():
 
 
 @pytest.fixture
-def patient(ur):
-    """A watchdog that a stall of a busy machine does not set off, where it is not the matter."""
+def patient(ur, monkeypatch):
+    """A stall of a busy machine stops nothing, where that is not the matter."""
+    monkeypatch.setattr(stream, "STALE", 0.5)
     ur.call("be_patient", 1.0)
 
 
