@@ -44,6 +44,7 @@ from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
 SIMULATED = "simulated"
+PICTURE = 1.0 / 60.0  # [s] a page shows no more of the world than this
 
 
 @dataclass(frozen=True)
@@ -102,6 +103,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
             # a real arm stays where it is until a person says where to go, and when
             goal=scene.goal if simulated and world is not None else None,
             begin=Mode.RUNNING if simulated else Mode.HOLDING,
+            look_every=PICTURE if setup.apart else 0.0,
             scene=scene.title if world is not None else _real_title(setup),
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
@@ -129,24 +131,28 @@ def assemble(
     begin: Mode = Mode.RUNNING,
     rate: float = 250.0,
     scene: str = "",
+    look_every: float = 0.0,
 ) -> Engine:  # fmt: skip
-    """An engine of these parts; `world` None: what the sensors see is real."""
+    """An engine of these parts; `world` None: what the sensors see is real.
+
+    look_every: [s] between two looks of onlookers at the simulated world.
+    """
     brain = Brain(
         limited(robot, arm.limits), skin, cell, params, goal=goal, programs=programs, begin=begin
     )  # fmt: skip
-    plant = build_plant(robot, skin, arm, source, world)
+    plant = build_plant(robot, skin, arm, source, world, look_every)
     return Engine(brain, plant, clock, rate=rate, scene=scene)
 
 
 def build_plant(
-    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None
+    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None, look_every: float = 0.0
 ) -> RealPlant:
     """The plant that these parts make; without a world what the sensors see is real."""
     if world is None:
         return RealPlant(robot, arm, source)
     if isinstance(source, MixedSkin):
-        return MixedPlant(robot, arm, source, world, skin)
-    return SimulatedPlant(robot, arm, source, world)
+        return MixedPlant(robot, arm, source, world, skin, look_every)
+    return SimulatedPlant(robot, arm, source, world, look_every)
 
 
 def _ghost(setup: Setup, engine: Engine, world: World | None, source: Source, q: Array) -> Ghost:
@@ -237,12 +243,8 @@ def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
         )
     if setup.choice.home_deg:
         raise ConfigError("a real arm begins where it stands; leave --home-deg or --driver out")
-    try:
-        from app.robot.ur.driver import UrArm
-    except ImportError as e:
-        raise ConfigError(
-            f"driver = {setup.driver!r} needs ur-rtde ({e.name} is missing); install flinch[ur]"
-        ) from e
+    from app.robot.ur.driver import UrArm
+
     return UrArm(host, robot, armed=setup.armed)
 
 

@@ -11,12 +11,15 @@ from app.cell.learned import Learned
 from app.cell.parts import Cell
 from app.config import ControlMode, Params
 from app.control.avoidance import Avoidance
+from app.control.keep_out import KeepOut
 from app.control.separation import in_use
 from app.control.stuck import Stuck
 from app.control.whole_body import WholeBody
-from app.messages import Array, Command, Goal, JointState, Pairs
+from app.messages import Array, Command, Goal, JointState, Pairs, freeze
 from app.robot.model import Robot
 from app.robot.posture import Posture
+
+AT_THE_CELL = "held off the known cell"
 
 
 class Controllers:
@@ -32,6 +35,7 @@ class Controllers:
             "qp": bounds,
             "ssm": bounds,
         }
+        self._keep_out = KeepOut(robot, bounds.bounds)
         self._stuck = Stuck()
         self.reset()
 
@@ -44,7 +48,7 @@ class Controllers:
 
     def know(self, learned: Learned) -> None:
         """From now on this is what was learned of the cell."""
-        self._bounds.know(learned)
+        self._bounds.bounds.know(learned)
 
     def kind(self, params: Params) -> Literal["mounts", "links", "several"]:
         """Which pairs the controller in these settings works with."""
@@ -76,6 +80,10 @@ class Controllers:
         tool, now = posture.T_base_tool, joints.stamp
         goal = self._stuck.goal(goal, tool, now)
         command = control.update(posture, joints, pairs, goal, params, dt, pairs.approach, share)
+        if control is not self._bounds:
+            qd = self._keep_out.allowed(command.qd, posture, joints, params, applied, dt)
+            if qd is not command.qd:
+                command = replace(command, qd=freeze(qd), reason=command.reason or AT_THE_CELL)
         self._stuck.see(tool, pairs, command, params.escape, now)
         if self._stuck.words and not command.reason:
             command = replace(command, reason=self._stuck.words)

@@ -101,6 +101,23 @@ class Bounds:
         )  # fmt: skip
         return Rows(J[:m], bound[:m], linear[:m], quadratic[:m], source[:m], inside[:m], urgent[:m])
 
+    def cell_rows(
+        self, posture: Posture, params: Params, low: Array, high: Array, previous: Array, dt: float
+    ) -> Rows:
+        """The known cell's bounds alone, for a controller that has none of its own."""
+        robot, room = self._robot, MOST_OWN
+        bound, linear, quadratic = np.empty((3, room))
+        inside, urgent = np.empty((2, room), np.bool_)
+        J, source = np.empty((room, robot.n)), np.empty(room, np.int64)
+        rows = Rows(J, bound, linear, quadratic, source, inside, urgent)
+        box = _Box(low, high, previous, robot.qd_max, robot.qdd_max, params.speed, dt)
+        gaps = self._clearance.measure(posture, SELF_WITHIN)
+        gaps = Gaps._make(column[gaps.b < 0] for column in gaps)
+        m = _own(
+            gaps, posture.J_base, robot.supports, params.v_esc, params.kappa, box, 0, rows
+        )  # fmt: skip
+        return Rows._make(column[:m] for column in rows)
+
 
 def reach(params: Params) -> float:
     """Pairs nearer than this [m] are bounds."""

@@ -10,7 +10,6 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from app.cell.learned import Learned
 from app.cell.parts import Cell
 from app.compiled import compiled
 from app.config import Params
@@ -42,7 +41,7 @@ class WholeBody:
 
     def __init__(self, robot: Robot, cell: Cell | None = None) -> None:
         self._robot = robot
-        self._bounds = Bounds(robot, cell)
+        self.bounds = Bounds(robot, cell)
         self._steady = SteadyRows()
         self.reset()
         self._warm_up()
@@ -53,10 +52,6 @@ class WholeBody:
         self._unsolved, self._relaxed, self._share = 0, 0.0, 1.0
         self._eased = np.zeros((2, 6))
         self._steady.reset()
-
-    def know(self, learned: Learned) -> None:
-        """From now on this is what was learned of the cell, instead of what was before."""
-        self._bounds.know(learned)
 
     def update(
         self,
@@ -87,7 +82,7 @@ class WholeBody:
             steady = replace(steady, age=_ages(pairs, source, params.frame_age))
             J = posture.distance_rows(steady.link, steady.on_robot, steady.normal)
             protective = needed(steady, -J @ joints.qd, params)
-        rows = self._bounds.rows(posture, steady, params, low, high, previous, dt)
+        rows = self.bounds.rows(posture, steady, params, low, high, previous, dt)
         costs = self._costs(posture, goal, params, previous, dt)
         answer = solve(costs, rows, low, high, params.lexicographic)
         if answer is None:

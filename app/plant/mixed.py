@@ -14,8 +14,11 @@ from app.world.world import World
 class MixedPlant(SimulatedPlant):
     """The simulated world is seen by the sensors that no port speaks for."""
 
-    def __init__(self, robot: Robot, arm: Arm, eye: MixedSkin, world: World, skin: Skin) -> None:
-        super().__init__(robot, arm, eye, world)
+    def __init__(
+        self, robot: Robot, arm: Arm, eye: MixedSkin, world: World, skin: Skin,
+        look_every: float = 0.0,
+    ) -> None:  # fmt: skip
+        super().__init__(robot, arm, eye, world, look_every)
         self._eye, self._skin = eye, skin
 
     def read(self, now: float, patience: float) -> Reading:

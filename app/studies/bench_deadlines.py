@@ -24,7 +24,7 @@ from app.sensing.source import Source
 from app.studies.board import speaking_board
 from app.studies.report import Check, Report
 from app.timing import Ticker, WallClock
-from app.wiring import assemble
+from app.wiring import PICTURE, assemble
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
@@ -71,7 +71,7 @@ def _run(
 ) -> list[float]:  # fmt: skip
     arm = SimulatedArm(robot, scene.home)
     engine = assemble(
-        robot, skin, arm, source, world, WallClock(), cell=scene.cell, goal=scene.goal, rate=rate
+        robot, skin, arm, source, world, WallClock(), cell=scene.cell, goal=scene.goal, rate=rate, look_every=PICTURE
     )  # fmt: skip
     try:
         with watch(engine):
