@@ -71,7 +71,8 @@ def _run(
 ) -> list[float]:  # fmt: skip
     arm = SimulatedArm(robot, scene.home)
     engine = assemble(
-        robot, skin, arm, source, world, WallClock(), cell=scene.cell, goal=scene.goal, rate=rate, look_every=PICTURE
+        robot, skin, arm, source, world, WallClock(), cell=scene.cell, goal=scene.goal,
+        rate=rate, look_every=PICTURE,
     )  # fmt: skip
     try:
         with watch(engine):
