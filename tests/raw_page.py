@@ -6,6 +6,7 @@ from contextlib import asynccontextmanager, suppress
 from typing import Any, TypeVar
 
 import msgspec
+import pytest
 import viser
 import zstandard
 from websockets.asyncio.client import ClientConnection, connect
@@ -98,6 +99,11 @@ async def raw_page(
         page.number = max(server.get_clients())
         yield page
     await until(lambda: page.number not in server.get_clients())
+
+
+def told(log: pytest.LogCaptureFixture) -> list[str]:
+    """What the server has logged, not what the tests' own clients have."""
+    return [r.getMessage() for r in log.records if r.name != "websockets.client"]
 
 
 async def until(done: Any, seconds: float = 5.0) -> None:

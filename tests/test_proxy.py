@@ -15,11 +15,12 @@ from typing import Any, NamedTuple
 
 import pytest
 import viser
+from websockets.asyncio.client import connect
 from websockets.exceptions import InvalidStatus
-from websockets.sync.client import ClientConnection, connect
 
 from app.assets import asset_folder
 from app.ui.page import Page
+from tests.raw_page import play
 from tests.ui_page import FakeEngine, the_engine  # noqa: F401 - fixtures
 
 ORIGIN = "https://cell.example"
@@ -119,16 +120,18 @@ def _listens(process: "subprocess.Popen[bytes]", port: int) -> None:
     raise AssertionError("nginx does not listen")
 
 
-def open_socket(proxy: Proxy, origin: str, **headers: str) -> ClientConnection:
+def open_socket(proxy: Proxy, origin: str, headers: dict[str, str] | None = None) -> connect:
     """A web socket through the proxy; the name is not looked up, the certificate is."""
     version: Any = f"viser-v{viser.__version__}"
     return connect(
         f"wss://cell.example:{proxy.tls}/",
         sock=socket.create_connection(("127.0.0.1", proxy.tls), timeout=5.0),
         ssl=proxy.trust,
+        server_hostname="cell.example",
         origin=origin,  # type: ignore[arg-type]
-        additional_headers={name.replace("_", "-"): value for name, value in headers.items()},
+        additional_headers=headers,
         subprotocols=[version],
+        proxy=None,
         max_size=None,
     )
 
@@ -168,22 +171,30 @@ def test_plain_http_is_sent_to_tls(proxy: Proxy) -> None:
 
 
 def test_the_web_socket_works_through_the_proxy(proxy: Proxy) -> None:
-    with open_socket(proxy, ORIGIN) as page:
-        assert len(page.recv(timeout=5.0)) > 100  # the scene
+    async def scene() -> None:
+        async with open_socket(proxy, ORIGIN) as page:
+            assert len(await page.recv()) > 100  # the scene
+
+    play(scene())
 
 
 def test_nobody_can_pretend_to_come_from_another_address(proxy: Proxy, page: Page) -> None:
-    with open_socket(proxy, ORIGIN, X_Forwarded_For="192.0.2.7") as client:
-        client.recv(timeout=5.0)
-        addresses = {
-            s.neighbourhood for s in page.server._websock_server._live_connections.values()
-        }
-    assert addresses == {"127.0.0.1"}
+    async def scene() -> set[str]:
+        async with open_socket(proxy, ORIGIN, {"X-Forwarded-For": "192.0.2.7"}) as client:
+            await client.recv()
+            known: dict[int, Any] = page.server._websock_server._live_connections
+            return {connection.neighbourhood for connection in known.values()}
+
+    assert play(scene()) == {"127.0.0.1"}
 
 
 @pytest.mark.parametrize("origin", ["https://evil.example", "http://cell.example", "null"])
 def test_a_foreign_origin_is_refused_through_the_proxy(proxy: Proxy, origin: str) -> None:
+    async def scene() -> None:
+        async with open_socket(proxy, origin):
+            pass
+
     with pytest.raises(InvalidStatus) as e:
-        open_socket(proxy, origin)
+        play(scene())
     assert e.value.response.status_code == 403
     assert get(proxy, {"Origin": origin})[0].startswith("HTTP/1.1 403")

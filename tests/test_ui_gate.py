@@ -22,7 +22,7 @@ from app.timing import ManualClock, WallClock
 from app.ui.access import LEFT_ALONE, TRY_AGAIN
 from app.ui.connection import BURST, LARGEST, RATE
 from app.ui.page import Page
-from tests.raw_page import RawPage, play, raw_page, until
+from tests.raw_page import RawPage, play, raw_page, told, until
 from tests.ui_page import FakeEngine, show, snapshot, the_engine  # noqa: F401 - fixtures
 
 TOKEN = "a token of a test, long enough"
@@ -232,6 +232,18 @@ def test_a_closed_page_gives_the_lease_back(page: Page, engine: FakeEngine) -> N
     play(scene())
 
 
+def test_the_lease_does_not_change_faster_than_pages_can_be_told(page: Page, log: Any) -> None:
+    async def scene() -> None:
+        async with raw_page(page.server) as me:
+            panel = page.roles.panels[me.number]
+            for operator in (None, me.number, me.number):  # given back, taken, and kept
+                await me.press(panel.button)
+                await until(lambda o=operator: page.access.operator == o)  # type: ignore[misc]
+            await until(lambda: "given back just now" in panel.line.content)
+
+    play(scene())
+
+
 def test_a_page_that_loses_the_lease_in_mid_drag_lets_go(
     page: Page, engine: FakeEngine, clock: ManualClock
 ) -> None:
@@ -375,8 +387,8 @@ def test_a_message_too_big_ends_its_connection_and_nothing_else(
             await still_works(page, operator, engine)
 
     play(scene())
-    (told,) = [r.getMessage() for r in log.records]
-    assert told == "page 2 at 127.0.0.1: refused a message of more than 64 kB; closed"
+    (line,) = told(log)
+    assert line == "page 2 at 127.0.0.1: refused a message of more than 64 kB; closed"
 
 
 def test_a_flood_ends_its_connection_and_fills_no_log(
@@ -393,7 +405,7 @@ def test_a_flood_ends_its_connection_and_fills_no_log(
 
     play(scene())
     assert f"more than {RATE:g} frames a second" in log.text
-    assert len(log.records) <= 3
+    assert len(told(log)) <= 3
 
 
 def test_bytes_that_are_no_http_do_not_end_the_server(page: Page, engine: FakeEngine) -> None:
