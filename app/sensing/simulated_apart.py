@@ -124,15 +124,16 @@ class SimulatedSkinApart:
 
     def _ask(self, now: float, posture: Posture) -> None:
         requests = self._traffic.requests
-        while len(self._asked) > requests.waiting:
+        for _ in range(len(self._asked) - requests.waiting):
             self._asked.popleft()
         if self._fault or not self._traffic.ready or requests.full:
             return  # whoever is due now is so in the next tick
         due = [k for k in self._schedule.due(now) if k not in self.muted]
         if due:
-            self._tell()
-            where = Request(now, self._world.time, self._edited, due, posture.T_base_link)
-            self._traffic.ask(where)
+            if self._edits or self._letters:
+                self._tell()
+            request = Request(now, self._world.time, self._edited, due, posture.T_base_link)
+            self._traffic.ask(request)
             self._asked.append(now)
 
     def _follow(self, edit: Edit) -> None:
@@ -144,13 +145,12 @@ class SimulatedSkinApart:
         for edit in self._edits:
             self._letters += pickle.dumps(edit)
         self._edits.clear()
-        if self._letters:
-            try:
-                del self._letters[: self._line.send(self._letters)]
-            except BlockingIOError:
-                pass
-            except OSError:
-                self._look()
+        try:
+            del self._letters[: self._line.send(self._letters)]
+        except BlockingIOError:
+            pass
+        except OSError:
+            self._look()
 
     # --- from it --------------------------------------------------------------------------
 

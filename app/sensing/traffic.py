@@ -56,11 +56,11 @@ class Traffic:
 
     def ask(self, request: Request) -> None:
         """Put a request."""
+        now, time, edits, sensors, T_base_link = request
         due = bytearray(self._sensors)
-        for k in request.sensors:
+        for k in sensors:
             due[k] = 1
-        head = _REQUEST.pack(request.now, request.time, request.edits)
-        self.requests.put(head + request.T_base_link.tobytes() + due)
+        self.requests.put(_REQUEST.pack(now, time, edits) + T_base_link.tobytes() + due)
 
     def asked(self) -> Request | None:
         """The oldest request, left where it is until it is dropped; None without one."""
