@@ -4,8 +4,8 @@ A rigid body's tree is built once, in the body's own frame; it is the rays that 
 Embree computes in float32, about 1e-6 m at arm's length. Never transform a mesh that backs
 a scene: the scene would go on answering for the old shape without a word (trimesh#2324).
 
-A cast costs about as much a ray as ten tests whether the ray enters the mesh's box, and gives
-the interpreter's lock away. So rays of many sensors go together, and only those whose answer
+A cast costs a ray about five times the test whether it enters the mesh's box, and gives the
+interpreter's lock away. So rays of many sensors go together, and only those whose answer
 the mesh may change are cast.
 """
 
@@ -103,18 +103,20 @@ class Solids:
             label,
         )
 
-    def end(self, T_base_body: Array, beams: Beams, blind: NDArray[np.bool_], hits: Hits) -> None:
+    def end_rays(
+        self, T_base_body: Array, beams: Beams, blind: NDArray[np.bool_], hits: Hits
+    ) -> None:
         """End rays where they first hit a mesh posed at T_base_body (B, 4, 4).
 
         blind: (m, B) bodies that the rays of a sensor do not see.
         """
-        ray, at, way, last = _entering(self._shape, T_base_body, beams, blind, hits.length)
+        ray, at, way, last = _rays_entering(self._shape, T_base_body, beams, blind, hits.length)
         t, first = np.empty(len(ray), dtype=np.float32), 0
         for mesh, end in zip(self._meshes, last.tolist(), strict=True):
             if end > first:
                 t[first:end] = mesh.cast(at[first:end], way[first:end])
             first = end
-        _ended(t, ray, last, self._shape.label, hits)
+        _end_at(t, ray, last, self._shape.label, hits)
 
 
 class _Shapes(NamedTuple):
@@ -127,7 +129,7 @@ class _Shapes(NamedTuple):
 
 
 @compiled
-def _entering(
+def _rays_entering(
     shapes: _Shapes,
     T_base_body: Array,
     beams: Beams,
@@ -155,7 +157,6 @@ def _entering(
                 continue
             begin, end = beams.first[b], beams.first[b + 1]
             if found + end - begin > len(ray):
-                room = 2 * len(ray)
                 ray, at, way = _longer(ray, at, way)
             for n in range(begin, end):
                 _into(T, beams.direction[n], d)
@@ -215,14 +216,14 @@ def _enters(box: Array, origin: Array, direction: Array, length: float) -> bool:
 
 
 @compiled
-def _ended(
+def _end_at(
     t: NDArray[np.float32],
     ray: NDArray[np.int64],
     last: NDArray[np.int64],
     label: NDArray[np.int16],
     hits: Hits,
 ) -> None:
-    """End the rays whose cast `t` is the shorter one; arguments as `_entering` returns them."""
+    """End the rays whose cast `t` is the shorter one; `ray`, `last` as from `_rays_entering`."""
     first = 0
     for i in range(len(last)):
         for j in range(first, last[i]):

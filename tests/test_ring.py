@@ -55,3 +55,7 @@ def test_a_record_that_is_not_yet_whole_is_not_taken(memory, ring):
     assert ring.waiting == 1 and ring.first() is None
     memory[late] = seen[late]
     assert ring.first() == record(77)
+
+
+def test_the_counts_of_a_ring_behind_another_lie_on_whole_words():
+    assert all(Ring.room(size, COUNT) % 8 == 0 for size in range(1, 40))

@@ -175,7 +175,7 @@ def test_a_process_that_cannot_begin_says_so_in_one_line(robot, skin, monkeypatc
 
 def test_what_goes_wrong_in_the_process_is_told_here(robot, skin, apart):
     apart.wait()
-    apart._follow(RemoveObstacle("cup"))  # which its world does not have
+    apart._note_edit(RemoveObstacle("cup"))  # which its world does not have
     posture = robot.posture(robot.home)
     apart.poll(0.0, posture)
     ended(apart)

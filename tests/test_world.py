@@ -1,5 +1,6 @@
 """Shapes, motion, people and ray casting of the simulated world."""
 
+import pickle
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
@@ -10,6 +11,7 @@ import trimesh
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from app.actions import MoveObstacle
 from app.errors import WorldError
 from app.raycast import Beams, Hits
 from app.world.motion import Along, Circle, Motion, Still
@@ -131,7 +133,7 @@ def test_what_is_left_out_of_a_cast_or_joined_for_it_never_changes_an_answer(see
         axis[k], d[k * n : (k + 1) * n] = R[:, 2], way @ R.T
     first = np.arange(0, m * n + 1, n)
     hits = Hits(np.full(m * n, np.float32(far)), np.full(m * n, -2, dtype=np.int16))
-    world.end(Beams(origin, axis, half_angle, first, d), hits)
+    world.end_rays(Beams(origin, axis, half_angle, first, d), hits)
     true = one_by_one(bodies, t, np.repeat(origin, n, axis=0), d)
     near = np.minimum(true, np.float32(far))
     # a ray that grazes an edge may pass it in one frame and meet it in another
@@ -294,6 +296,27 @@ def test_added_bodies_get_their_own_names_and_colours_and_can_be_removed():
     for name in list(world.shapes()):
         world.remove(name)
     assert world.poses() == ()
+
+
+def test_a_copy_that_is_told_of_every_edit_keeps_step():
+    world = World([*person_bodies(commuter()), body("cup", "box", np.eye(4))])
+    copy = pickle.loads(pickle.dumps(world))
+    world.follow(lambda edit: copy.edit(pickle.loads(pickle.dumps(edit))))
+    for _ in range(3):
+        world.add("ball", SHAPES["sphere"], (1.0, 2.0, 3.0))
+    world.move("ball 1", transform(np.array([0.0, 2.0, 0.0]), np.zeros(3)))
+    world.remove("ball")
+    with pytest.raises(WorldError):
+        world.remove("ball")  # what is refused here is not told there
+    world.edit(MoveObstacle("cup", transform(np.ones(3), np.ones(3))))
+    for each in (world, copy):
+        each.step(7.0)
+    assert list(world.shapes()) == list(copy.shapes())
+    for a, b in zip(world.poses(), copy.poses(), strict=True):
+        np.testing.assert_array_equal(a.T_base_body, b.T_base_body)
+        assert a.view.colour == b.view.colour
+    o, d = rays(5, 300)
+    np.testing.assert_array_equal(first_hits(world, o, d), first_hits(copy, o, d))
 
 
 def test_a_person_cannot_be_dragged_or_removed():

@@ -63,27 +63,27 @@ class Sight:
         n = len(self._fan.direction)
         self._own = Hits(np.full(n, np.float32(FAR)), np.full(n, zones.NOTHING, dtype=np.int16))
         # what is fixed to a sensor's own link is hit where it always is; cast once
-        self._own = self._cast(np.arange(skin.count), links.T_base_link, ~self._fixed)[1]
+        self._own = self._rays_to_links(np.arange(skin.count), links.T_base_link, ~self._fixed)[1]
 
     def read(self, sensors: Sequence[int], T_base_link: Array) -> list[Reading]:
         """The truth in each zone of some sensors, links posed at T_base_link (L, 4, 4)."""
         who = np.array(sensors, dtype=np.int64)
-        beams, hits, cosine = self._cast(who, T_base_link, self._fixed[who])
-        self._world.end(beams, hits)
+        beams, hits, cosine = self._rays_to_links(who, T_base_link, self._fixed[who])
+        self._world.end_rays(beams, hits)
         m = len(who)
         depth, label = np.empty((m, SLOTS)), np.empty((m, SLOTS), dtype=np.int16)
         merged, pure = (np.empty((m, SLOTS), dtype=np.bool_) for _ in range(2))
-        zones.gather(beams.first, hits, cosine, SUB, depth, merged, label, pure)
+        zones.merge_rays(beams.first, hits, cosine, SUB, depth, merged, label, pure)
         return [Reading(*zone) for zone in zip(depth, merged, label, pure, strict=True)]
 
-    def _cast(
+    def _rays_to_links(
         self, who: NDArray[np.int64], T_base_link: Array, blind: NDArray[np.bool_]
     ) -> tuple[Beams, Hits, Array]:
         """The rays of sensors `who` (m,) ended by the links, but for those that are `blind` (m, L)
         to a link; and the cosines of the rays."""
         poses = np.array(T_base_link)
-        beams, hits, cosine = zones.spread(self._fan, self._own, who, poses)
-        self._links.end(poses, beams, blind, hits)
+        beams, hits, cosine = zones.rays_in_base(self._fan, self._own, who, poses)
+        self._links.end_rays(poses, beams, blind, hits)
         return beams, hits, cosine
 
 

@@ -35,7 +35,7 @@ from app.world.world import Edit, World
 PROCESS = "app.sensing.simulation"
 BEGIN = 120.0  # [s] until the process must be ready; it may have to compile
 END = 5.0  # [s] until it must have ended
-LOOK = 0.1  # [s] between two looks whether it lives, made only while an answer is late
+CHECK = 0.1  # [s] between two looks whether it lives, made only while an answer is late
 
 
 class SimulatedSkinApart:
@@ -64,18 +64,18 @@ class SimulatedSkinApart:
         self._letters = bytearray()  # about edits, that the line has not yet taken
         self._asked: deque[float] = deque()  # times of the requests without an answer
         self._held: SensorFrame | None = None  # has come before its time
-        self._looked = -np.inf
+        self._checked = -np.inf
         self._fault = ""
         task = Task(links_of(robot), skin, world, seed, errors or ErrorModel(), latency)
         self._process, self._line, memory = _start(task)
         self._traffic = Traffic(memory, *size_of(task))
-        world.follow(self._follow)
+        world.follow(self._note_edit)
 
     def wait(self, seconds: float = BEGIN) -> None:
         """Wait until the process is ready; raises SensorError, in words, if it is not in time."""
         end = time.monotonic() + seconds
         while not self._traffic.ready:
-            self._look()
+            self._check_process()
             if not self._fault and time.monotonic() > end:
                 self._fault = f"the simulation was not ready in {seconds:g} s; start again"
             if self._fault:
@@ -89,12 +89,12 @@ class SimulatedSkinApart:
 
     def poll(self, now: float, posture: Posture) -> list[SensorFrame]:
         """Have the sensors measure that are due, return the frames that have arrived."""
-        self._ask(now, posture)
-        late = self._asked and now - self._asked[0] > LOOK
-        if (late or not self._traffic.ready) and now - self._looked > LOOK:
-            self._looked = now
-            self._look()
-        return self._arrived(now)
+        self._request_frames(now, posture)
+        late = self._asked and now - self._asked[0] > CHECK
+        if (late or not self._traffic.ready) and now - self._checked > CHECK:
+            self._checked = now
+            self._check_process()
+        return self._arrived_frames(now)
 
     def ended(self) -> str:
         """A simulation never ends by itself."""
@@ -122,41 +122,41 @@ class SimulatedSkinApart:
 
     # --- to the process -------------------------------------------------------------------
 
-    def _ask(self, now: float, posture: Posture) -> None:
+    def _request_frames(self, now: float, posture: Posture) -> None:
         requests = self._traffic.requests
-        while len(self._asked) > requests.waiting:
+        for _ in range(len(self._asked) - requests.waiting):
             self._asked.popleft()
         if self._fault or not self._traffic.ready or requests.full:
             return  # whoever is due now is so in the next tick
         due = [k for k in self._schedule.due(now) if k not in self.muted]
         if due:
-            self._tell()
-            where = Request(now, self._world.time, self._edited, due, posture.T_base_link)
-            self._traffic.ask(where)
+            if self._edits or self._letters:
+                self._send_edits()
+            request = Request(now, self._world.time, self._edited, due, posture.T_base_link)
+            self._traffic.put_request(request)
             self._asked.append(now)
 
-    def _follow(self, edit: Edit) -> None:
+    def _note_edit(self, edit: Edit) -> None:
         self._edits.append(edit)
         self._edited += 1
 
-    def _tell(self) -> None:
+    def _send_edits(self) -> None:
         """Send what was edited, as far as the line takes it; the rest goes with what follows."""
         for edit in self._edits:
             self._letters += pickle.dumps(edit)
         self._edits.clear()
-        if self._letters:
-            try:
-                del self._letters[: self._line.send(self._letters)]
-            except BlockingIOError:
-                pass
-            except OSError:
-                self._look()
+        try:
+            del self._letters[: self._line.send(self._letters)]
+        except BlockingIOError:
+            pass
+        except OSError:
+            self._check_process()
 
     # --- from it --------------------------------------------------------------------------
 
-    def _arrived(self, now: float) -> list[SensorFrame]:
+    def _arrived_frames(self, now: float) -> list[SensorFrame]:
         arrived = []
-        while frame := self._held or self._traffic.take():
+        while frame := self._held or self._traffic.take_frame():
             early = frame.stamp + self._latency > now + EARLY
             self._held = frame if early else None
             if early:
@@ -164,7 +164,7 @@ class SimulatedSkinApart:
             arrived.append(frame)
         return arrived
 
-    def _look(self) -> None:
+    def _check_process(self) -> None:
         """Is the process alive? If not, what has it said?"""
         code = self._process.poll()
         if code is None or self._fault:

@@ -54,16 +54,16 @@ class Line:
         self._wait.register(line, select.POLLIN)
         self._edits: deque[Edit] = deque()
 
-    def rest(self) -> None:
+    def pause(self) -> None:
         """Let a little time pass."""
         if self._wait.poll(PAUSE):
-            self._edits.append(self._load())
+            self._edits.append(self._receive())
 
-    def edit(self) -> Edit:
+    def next_edit(self) -> Edit:
         """The next edit; it is here or on its way."""
-        return self._edits.popleft() if self._edits else self._load()
+        return self._edits.popleft() if self._edits else self._receive()
 
-    def _load(self) -> Edit:
+    def _receive(self) -> Edit:
         try:
             edit: Edit = pickle.load(self._file)
         except (EOFError, ConnectionError, pickle.UnpicklingError) as end:
@@ -77,20 +77,20 @@ def serve(task: Task, traffic: Traffic, line: Line) -> NoReturn:
     # whatever takes long for the first time is done once: trees are built, kernels compiled
     Measurement(links, skin, world, seed, errors).frames(range(skin.count), links.T_base_link, 0.0)
     measurement, edits = Measurement(links, skin, world, seed, errors), 0
-    traffic.begin()
+    traffic.say_ready()
     while True:
-        request = traffic.asked()
+        request = traffic.next_request()
         if request is None:
-            line.rest()
+            line.pause()
             continue
         for _ in range(request.edits - edits):
-            world.edit(line.edit())
+            world.edit(line.next_edit())
         edits = request.edits
         world.step(request.time)
         for frame in measurement.frames(request.sensors, request.T_base_link, request.now):
             while traffic.frames.full:
-                line.rest()
-            traffic.answer(frame)
+                line.pause()
+            traffic.put_frame(frame)
         traffic.requests.drop()
 
 

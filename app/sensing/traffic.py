@@ -50,19 +50,19 @@ class Traffic:
         """Is the other process ready to measure?"""
         return self._memory[0] == 1
 
-    def begin(self) -> None:
+    def say_ready(self) -> None:
         """Say that this process is."""
         self._memory[0] = 1
 
-    def ask(self, request: Request) -> None:
+    def put_request(self, request: Request) -> None:
         """Put a request."""
+        now, time, edits, sensors, T_base_link = request
         due = bytearray(self._sensors)
-        for k in request.sensors:
+        for k in sensors:
             due[k] = 1
-        head = _REQUEST.pack(request.now, request.time, request.edits)
-        self.requests.put(head + request.T_base_link.tobytes() + due)
+        self.requests.put(_REQUEST.pack(now, time, edits) + T_base_link.tobytes() + due)
 
-    def asked(self) -> Request | None:
+    def next_request(self) -> Request | None:
         """The oldest request, left where it is until it is dropped; None without one."""
         record = self.requests.first()
         if record is None:
@@ -73,13 +73,13 @@ class Traffic:
         sensors = [k for k, is_due in enumerate(due) if is_due]
         return Request(now, time, edits, sensors, T.reshape(self._links, 4, 4))
 
-    def answer(self, frame: SensorFrame) -> None:
+    def put_frame(self, frame: SensorFrame) -> None:
         """Put a frame."""
         head = _FRAME.pack(frame.stamp, frame.sequence, frame.sensor)
         body = frame.distance.tobytes() + frame.status.tobytes() + frame.targets.tobytes()
         self.frames.put(head + body)
 
-    def take(self) -> SensorFrame | None:
+    def take_frame(self) -> SensorFrame | None:
         """The oldest frame, its arrays read-only; None without one."""
         record = self.frames.first()
         if record is None:

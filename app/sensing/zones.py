@@ -32,7 +32,7 @@ class Fan(NamedTuple):
 
 
 @compiled
-def spread(
+def rays_in_base(
     fan: Fan, own: Hits, sensors: NDArray[np.int64], T_base_link: Array
 ) -> tuple[Beams, Hits, Array]:
     """The rays of `sensors` (m,) in the base frame, their `own` hits and their cosines.
@@ -64,7 +64,7 @@ def spread(
 
 
 @compiled
-def gather(
+def merge_rays(
     first: NDArray[np.int64],
     hits: Hits,
     cosine: Array,

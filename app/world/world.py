@@ -122,10 +122,10 @@ class World:
         """The shape of every body by name, in the order of `poses`."""
         return {name: body.shape for name, body in self._bodies.items()}
 
-    def end(self, beams: Beams, hits: Hits) -> None:
+    def end_rays(self, beams: Beams, hits: Hits) -> None:
         """End rays where they first hit a body; those get the label WORLD."""
         blind = np.zeros((len(beams.origin), len(self._hit)), dtype=np.bool_)
-        self._solids.end(self._poses()[self._hit], beams, blind, hits)
+        self._solids.end_rays(self._poses()[self._hit], beams, blind, hits)
 
     # --- inside ---------------------------------------------------------------------------
 
