@@ -101,6 +101,9 @@ class UseSensor:
     real: bool
 
 
+OF_THE_PLANT = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor)  # the brain has no part
+
+
 @dataclass(frozen=True, slots=True)
 class Remark:
     """Tell people of something that happened beside the tick, as after an action of theirs."""

@@ -174,6 +174,8 @@ class Brain:
                 self._know()
             case asked.Remark(words=words, refused=refused):
                 self._notice = Notice(words, refused)
+            case _ if not isinstance(action, asked.OF_THE_PLANT):
+                raise ValueError(f"{action!r} is nothing that can be asked for")
         return False
 
     def _know(self) -> None:

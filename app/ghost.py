@@ -10,11 +10,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.actions import Action, SetMode, SetParams
+from app.actions import OF_THE_PLANT, Action, SetMode, SetParams
 from app.brain import Brain
 from app.config import ControlMode
 from app.messages import GhostState, Mode
-from app.plant.plant import OURS, Plant
+from app.plant.plant import Plant
 from app.tick import Inputs, Outputs
 
 log = logging.getLogger(__name__)
@@ -60,7 +60,7 @@ class Ghost:
         for action in actions:
             if isinstance(action, SetParams):
                 heard.append(SetParams({k: v for k, v in action.changes.items() if k != "mode"}))
-            elif not isinstance(action, (*OURS, SetMode)):
+            elif not isinstance(action, (*OF_THE_PLANT, SetMode)):
                 heard.append(action)
         if Mode.IDLE not in (mode, self._status) and mode is not self._status:
             heard.append(SetMode(mode, "as the arm"))

@@ -16,12 +16,12 @@ from typing import Protocol
 
 import numpy as np
 
-from app.actions import Action
+from app.actions import OF_THE_PLANT, Action
 from app.brain import Brain
 from app.errors import FlinchError
 from app.ghost import Ghost
 from app.messages import GhostState, JointState, Mode, Snapshot, Status, Timing
-from app.plant.plant import OURS, Plant, Reading
+from app.plant.plant import Plant, Reading
 from app.rehearsal import rehearse
 from app.tick import ArmReport, Inputs, Outputs, SourceReport, snapshot_of
 from app.timing import Clock, Latest, Stopwatch, Subscription, Ticker
@@ -119,7 +119,7 @@ class Engine:
                 return tuple(actions), refused
             actions.append(action)
             refused = ""
-            if isinstance(action, OURS):
+            if isinstance(action, OF_THE_PLANT):
                 try:
                     self.plant.act(action)
                 except Exception as error:

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.cell.parts import Cell
 from app.config import Params
 from app.perception.cloud import SkinCloud
 from app.perception.memory import CAPACITY, Memory
@@ -27,7 +28,7 @@ class Scene:
     def __init__(self, robot, skin, world, errors=None):
         self.robot, self.skin, self.world = robot, skin, world
         self.eye = SimulatedSkin(robot, skin, world, 1, errors, latency=0.0)
-        self.cloud, self.memory = SkinCloud(robot, skin, ()), Memory(robot, skin)
+        self.cloud, self.memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
         self.t = 0.0
 
     def run(self, seconds, q, world_time=True):
@@ -136,7 +137,7 @@ def test_a_person_who_walks_through_leaves_nothing_after_a_second_and_a_half(
 
 
 def test_a_point_seen_once_is_not_remembered(robot, skin):
-    cloud, memory = SkinCloud(robot, skin, ()), Memory(robot, skin)
+    cloud, memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
     posture = robot.posture(robot.home)
     d = np.full(64, 1.5)
     status = np.full(64, 255)
@@ -162,7 +163,7 @@ def test_what_the_arm_has_been_at_three_times_is_forgotten(robot, beside):
 
 def test_the_memory_is_bounded(robot, skin):
     rng = np.random.default_rng(2)
-    cloud, memory = SkinCloud(robot, skin, ()), Memory(robot, skin)
+    cloud, memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
     posture = robot.posture(robot.home)
     view = cloud.view(0.0, P)
     for i in range(900):
@@ -185,7 +186,7 @@ def test_carving_follows_the_mounting_of_the_sensor(robot, skin, rotation, mirro
     posture = robot.posture(robot.home)
 
     def left(zone, looker):
-        cloud, memory = SkinCloud(robot, other, ()), Memory(robot, other)
+        cloud, memory = SkinCloud(robot, other, Cell()), Memory(robot, other)
         for i in range(5):
             d, status = np.full(64, 1.5), np.full(64, 4)
             if i < 2:

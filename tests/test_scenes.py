@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app.assets import asset_folder
+from app.cell.parts import Cell
 from app.errors import WorldError
 from app.messages import Goal
 from app.perception.static_filter import StaticFilter
@@ -25,14 +26,14 @@ def begun(name: str, robot: Robot) -> tuple[Scene, World, Posture, TrueDistance]
     scene = load_scene(find_scene(name))
     posture = robot.posture(robot.home if scene.home is None else scene.home)
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
-    return scene, World(scene.bodies, scene.crops), posture, truth
+    return scene, World(scene.bodies), posture, truth
 
 
 @pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_scene_begins_clear_of_the_arm_and_knows_its_table(name, robot):
     scene, world, posture, truth = begun(name, robot)
     assert scene.name == name and scene.title and dict(scene.presets)
-    assert {"floor", "table", "pedestal"} <= {c.name for c in world.crops}
+    assert {"floor", "table", "pedestal"} <= set(scene.cell.names)
     distance = truth.measure(posture.T_base_link, world, leave_out=["table", "pedestal"])
     assert distance[1:].min() > 0.08
     if scene.goal is not None:
@@ -109,15 +110,15 @@ def test_a_seed_varies_the_person_and_nothing_else():
         assert np.array_equal(p.T_base_body, q.T_base_body) != p.view.name.startswith("person/")
 
 
-def test_the_surface_of_a_static_body_lies_in_its_crop_box():
+def test_the_surface_of_a_static_body_lies_in_its_box_of_the_cell():
     scene = load_scene(find_scene("cell"))
     named = {p.view.name: p for p in World(scene.bodies).poses()}
-    for crop in scene.crops:
-        posed = named[crop.name]
+    for box in scene.cell.boxes:
+        posed = named[box.name]
         T = posed.T_base_body
         surface = posed.view.vertices @ T[:3, :3].T + T[:3, 3]
-        assert StaticFilter([crop]).inside(surface).all()
-        margin = (crop.size - np.ptp(posed.view.vertices, axis=0)) / 2
+        assert StaticFilter(Cell(boxes=(box,))).inside(surface).all()
+        margin = (box.size - np.ptp(posed.view.vertices, axis=0)) / 2
         assert margin == pytest.approx(np.full(3, margin[0])) and 0.03 < margin[0] < 0.21
         assert not posed.view.movable
 
@@ -172,8 +173,8 @@ def test_a_whole_scene_is_read(tmp_path):
     assert isinstance(scene.goal, Goal)
     assert np.diag(scene.goal.T_base_tool) == pytest.approx([1, -1, -1, 1])
     assert scene.presets == {"egg": {"kind": "sphere", "radius_m": 0.03}}
-    assert [(c.name, *c.size) for c in scene.crops] == [("corner", 1, 2, 3)]
-    world = World(scene.bodies, scene.crops)
+    assert [(b.name, *b.size) for b in scene.cell.boxes] == [("corner", 1, 2, 3)]
+    world = World(scene.bodies)
     ball, moon = world.poses()
     assert ball.view.colour == (255, 128, 0) and ball.view.movable
     assert np.hypot(*moon.T_base_body[:2, 3]) == pytest.approx(2.0)

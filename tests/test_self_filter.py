@@ -5,8 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.cell.parts import Box, Cell
 from app.config import Params
-from app.messages import CropBox, SensorHealth, Verdict
+from app.messages import SensorHealth, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.health import SkinHealth
 from app.perception.self_filter import SelfFilter
@@ -18,6 +19,7 @@ from app.world.world import World
 from tests.fakes import frame
 
 P = Params()
+NO_CELL = Cell()
 
 
 def cluttered_world():
@@ -129,7 +131,7 @@ def facing(robot, skin):
 
 def verdict_at(robot, skin, facing, offset, params=P):
     posture, k, z, depth = facing
-    cloud = SkinCloud(robot, skin, ())
+    cloud = SkinCloud(robot, skin, Cell())
     cloud.take([frame(k, 0.0, depth + offset)], posture, params)
     view = cloud.view(0.0, params)
     return Verdict(view.verdict[64 * k + z]), view, 64 * k + z
@@ -162,8 +164,8 @@ def test_the_threshold_grows_with_the_noise_of_the_range(robot, skin):
 # --- the other verdicts -------------------------------------------------------------------
 
 
-def judged(robot, skin, params=P, crops=(), now=0.0, **kind):
-    cloud = SkinCloud(robot, skin, crops)
+def judged(robot, skin, params=P, cell=NO_CELL, now=0.0, **kind):
+    cloud = SkinCloud(robot, skin, cell)
     cloud.take([frame(15, 0.0, **kind)], robot.posture(robot.home), params)
     return cloud.view(now, params)
 
@@ -193,25 +195,25 @@ def test_a_zone_without_a_target_has_no_point(robot, skin):
     assert np.isnan(view.points[64 * 15 : 64 * 16]).all()
 
 
-def test_points_inside_a_crop_box_are_static(robot, skin):
-    everything = CropBox("all", np.eye(4), np.full(3, 10.0))
+def test_points_inside_a_box_of_the_cell_are_static(robot, skin):
+    everything = Cell(boxes=(Box("all", np.eye(4), np.full(3, 10.0)),))
     kept = only(judged(robot, skin, distance=0.5))
     assert Verdict.KEPT in kept
-    assert Verdict.KEPT not in only(judged(robot, skin, crops=(everything,), distance=0.5))
+    assert Verdict.KEPT not in only(judged(robot, skin, cell=everything, distance=0.5))
 
 
-def test_a_turned_crop_box_holds_what_is_inside_it():
+def test_a_turned_box_holds_what_is_inside_it():
     c = np.cos(np.pi / 4)
     T = np.eye(4)
     T[:2, :2] = [[c, -c], [c, c]]
     T[:3, 3] = [1.0, 0.0, 0.0]
-    box = StaticFilter([CropBox("box", T, np.array([2.0, 0.2, 0.2]))])
+    box = StaticFilter(Cell(boxes=(Box("box", T, np.array([2.0, 0.2, 0.2])),)))
     points = np.array([[1.6, 0.6, 0.0], [1.6, -0.6, 0.0], [np.nan, 0.0, 0.0]])
     assert box.inside(points).tolist() == [True, False, False]
 
 
 def test_a_frame_is_placed_where_the_arm_was_when_it_was_measured(robot, skin):
-    cloud = SkinCloud(robot, skin, ())
+    cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home + 0.3)
     cloud.take([frame(0, 0.0, 0.5)], posture, P)
     T = posture.T_base_link[skin.link[0]]
@@ -220,7 +222,7 @@ def test_a_frame_is_placed_where_the_arm_was_when_it_was_measured(robot, skin):
 
 
 def test_an_older_frame_that_comes_late_does_not_replace_a_newer_one(robot, skin):
-    cloud = SkinCloud(robot, skin, ())
+    cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home)
     cloud.take([frame(0, 1.0, 0.5)], posture, P)
     before = cloud.view(1.0, P).points[:64].copy()

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.cell.parts import Cell
 from app.config import Params
 from app.messages import SensorHealth, Verdict
 from app.perception.cloud import SkinCloud
@@ -21,7 +22,7 @@ ZONE = 27
 
 def verdicts(robot, skin, depths, params=P):
     """Verdicts of the sensor's zones after each frame of `depths`, one frame a period."""
-    cloud = SkinCloud(robot, skin, ())
+    cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home)
     out = []
     for i, depth in enumerate(depths):
@@ -70,7 +71,7 @@ def test_without_the_filter_ghosts_pass(robot, skin):
 def test_simulated_ghosts_are_caught(robot, skin):
     """In an empty world every point of the world is a ghost, and hardly one passes."""
     eye = SimulatedSkin(robot, skin, World(()), 3, ErrorModel(ghosts=0.002), latency=0.0)
-    cloud = SkinCloud(robot, skin, ())
+    cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home)
     ghosts = passed = 0
     for i in range(150):
@@ -88,7 +89,7 @@ def test_simulated_ghosts_are_caught(robot, skin):
 
 def test_merged_pulses_are_trusted_only_while_the_setting_says_so(robot, skin):
     for accept, expected in ((True, Verdict.KEPT), (False, Verdict.BAD_STATUS)):
-        cloud = SkinCloud(robot, skin, ())
+        cloud = SkinCloud(robot, skin, Cell())
         params = replace(P, accept_merged=accept)
         cloud.take([frame(SENSOR, 0.0, 1.5, status=9)], robot.posture(robot.home), params)
         assert cloud.view(0.0, params).verdict[64 * SENSOR + ZONE] == expected

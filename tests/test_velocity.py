@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from app.cell.parts import Cell
 from app.config import Params
 from app.messages import Pairs
 from app.perception.cloud import SkinCloud
@@ -22,7 +23,7 @@ def approaches(robot, skin, position, seconds, sway=0.0, seed=1):
     world.add("torso", TORSO, position(0.0))
     world.add("wall", {"kind": "box", "size_m": [4.0, 0.05, 3.0]}, (0.3, 2.6, 0.5))
     eye = SimulatedSkin(robot, skin, world, seed)
-    cloud, body, speed = SkinCloud(robot, skin, ()), BodyPairs(robot), ObstacleSpeed(skin)
+    cloud, body, speed = SkinCloud(robot, skin, Cell()), BodyPairs(robot), ObstacleSpeed(skin)
     before, out = {}, []
     for i in range(round(seconds * 75)):
         t = i / 75
@@ -80,7 +81,7 @@ def test_a_switch_between_two_still_things_is_no_motion(robot, skin):
     world.add("a", TORSO, (0.1, 0.75, 0.5))
     world.add("b", TORSO, (0.65, 0.72, 0.5))
     eye = SimulatedSkin(robot, skin, world, 2, latency=0.0)
-    cloud, speed = SkinCloud(robot, skin, ()), ObstacleSpeed(skin)
+    cloud, speed = SkinCloud(robot, skin, Cell()), ObstacleSpeed(skin)
     posture = robot.posture(robot.home)
     worst = 0.0
     for i in range(300):

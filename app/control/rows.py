@@ -283,23 +283,20 @@ def _own(
     for k in np.argsort(gaps.distance, kind="mergesort"):
         if m == most:
             break
-        n, d, a, b = gaps.normal[k], gaps.distance[k], gaps.a[k], gaps.b[k]
-        turn_a, turn_b = np.cross(gaps.on_a[k], n), np.cross(gaps.on_b[k], n)
+        d, b = gaps.distance[k], gaps.b[k]
         J, reach, lever = out.jacobian[m], 0.0, 0.0
+        J[:] = 0.0
+        _add_rate(gaps.a[k], gaps.on_a[k], gaps.normal[k], 1.0, J_base, supports, J)
+        if b >= 0:
+            _add_rate(b, gaps.on_b[k], gaps.normal[k], -1.0, J_base, supports, J)
         for j in range(len(J)):
-            along, one, two = 0.0, 0.0, 0.0
-            for r in range(3):
-                along += n[r] * J_base[r, j]
-                one += turn_a[r] * J_base[3 + r, j]
-                two += turn_b[r] * J_base[3 + r, j]
-            J[j] = supports[a, j] * (along + one)
-            if b >= 0:
-                J[j] -= supports[b, j] * (along + two)
             reach += abs(J[j]) * box.speed * box.qd_max[j]
             lever += abs(J[j])
         bound = min(-SELF_GAIN * (d - KEPT), v_esc, kappa * reach)
         if b < 0 and lever < 2.0 * LEVER:
-            able = max(lever - LEVER, 0.0) / LEVER
+            if lever <= LEVER:
+                continue
+            able = lever / LEVER - 1.0
             bound = able * bound - (1.0 - able) * reach
         if not _bites(J, bound, box):
             continue
@@ -309,6 +306,21 @@ def _own(
         _ease(out, m, box)
         m += 1
     return m
+
+
+@compiled
+def _add_rate(
+    link: int, at: Array, n: Array, sign: float, J_base: Array, supports: Array, J: Array
+) -> None:
+    """Add to J (n,) the rate, times `sign`, of the point `at` (3,) of a link along n (3,)."""
+    x = at[1] * n[2] - at[2] * n[1]
+    y = at[2] * n[0] - at[0] * n[2]
+    z = at[0] * n[1] - at[1] * n[0]
+    for j in range(len(J)):
+        if supports[link, j] != 0.0:
+            along = n[0] * J_base[0, j] + n[1] * J_base[1, j] + n[2] * J_base[2, j]
+            turn = x * J_base[3, j] + y * J_base[4, j] + z * J_base[5, j]
+            J[j] += sign * supports[link, j] * (along + turn)
 
 
 @compiled

@@ -39,6 +39,7 @@ from app.robot.skin import Skin
 
 KEPT = int(Verdict.KEPT)  # numpy is slow with an enum
 VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
+LAST_VISIT = 3  # see `Memory.visited`
 REACH = 0.6  # [m] several pairs a link are looked for up to here
 Lap = Callable[[str], None]
 Kind = Literal["mounts", "links", "several"]
@@ -77,8 +78,12 @@ class Perception:
         return self._cloud.background
 
     def know(self, learned: Learned) -> None:
-        """From now on this is what was learned of the cell."""
+        """From now on this is what was learned of the cell; what is remembered there was it."""
         self._cloud.static_filter.know(learned)
+        points = self._memory.points
+        known = np.flatnonzero(self._cloud.static_filter.inside(points))
+        for _ in range(LAST_VISIT):
+            self._memory.visited(known)
 
     def reset(self) -> None:
         """Know nothing but the cell that was given."""

@@ -4,14 +4,12 @@ import traceback
 from dataclasses import dataclass
 from typing import Protocol
 
-from app.actions import Action, AddObstacle, MoveObstacle, RemoveObstacle, UseSensor
+from app.actions import Action, UseSensor
 from app.errors import FlinchError, WorldError
 from app.messages import Array, BodyPose, JointState, SensorFrame
 from app.robot.posture import Posture
 from app.sensing.source import Source
 from app.tick import ArmReport, Limits, SourceReport
-
-OURS = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor)  # actions that are a plant's
 
 
 @dataclass(frozen=True, eq=False, slots=True)
