@@ -49,11 +49,13 @@ def live() -> Iterator[Live]:
     assert robot.skin is not None
     skin = load_skin(robot.folder / robot.skin, robot)
     scene = load_scene(find_scene("empty"))
-    world = World(scene.bodies, scene.crops)
+    world = World(scene.bodies)
     source = SimulatedSkin(robot, skin, world)
     patient = Params(silence=2.0)  # a browser that starts may hold the processor for a second
     arm = SimulatedArm(robot)
-    engine = assemble(robot, skin, arm, source, world, WallClock(), params=patient, rate=RATE)
+    engine = assemble(
+        robot, skin, arm, source, world, WallClock(), cell=scene.crops, params=patient, rate=RATE
+    )
     engine.start()
     try:
         with Page(engine, port=0) as page:
