@@ -210,7 +210,10 @@ def test_the_background_is_asked_counted_down_previewed_and_kept(
 
 
 def test_learning_and_its_preview_can_be_dropped(page: Page, engine: FakeEngine) -> None:
-    for button, state in ((page.background.abort, {"left": 1.0}), (page.background.discard, {"preview": 3})):
+    for button, state in (
+        (page.background.abort, {"left": 1.0}),
+        (page.background.discard, {"preview": 3}),
+    ):
         seen(page, engine, **state)
         run(page, button, True)
         assert isinstance(engine.posted.pop(), DiscardBackground)

@@ -128,13 +128,13 @@ class Page:
         charts = gui.add_panel()
         with charts.add_tab("Distance", viser.Icon.CHART_LINE):
             self.plot = PlotPanel(server)
-        charts.float(x=12, y=-12, width=370)
+        charts.float(x=12, y=-12, width=340)
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views = (
             self.stage, self.robot, self.ghost, self.cloud, self.pair, self.goal, self.world,
-            self.arm, self.control, self.obstacles, self.background, self.goals, self.params, self.plot, self.health,
-            self.memory, self.roles, self.sensors, self.separation,
+            self.arm, self.control, self.obstacles, self.background, self.goals, self.params,
+            self.plot, self.health, self.memory, self.roles, self.sensors, self.separation,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
 

@@ -88,8 +88,10 @@ def puppet(robot: Robot) -> Iterator[Puppet]:
 @pytest.fixture(scope="module")
 def window(puppet: Puppet, browser: Browser) -> Iterator[Window]:
     with Page(puppet, port=0) as page:
-        page.stage.cast_shadows(False)
         page.server.scene.configure_environment_map(None)
+        for view in (page.robot, page.stage, page.goal):  # an empty scene is drawn in no time
+            for switch in view.switches():
+                switch.set(False)
         window = open_window(browser, page.url, *SIZES[0])
         yield window
         window.close()
@@ -100,7 +102,7 @@ def at_home(puppet: Puppet, window: Window) -> None:
     """Nothing said or learned, and the first tab open."""
     puppet.says, puppet.mute, puppet.background = {}, False, NOTHING
     puppet.posted.clear()
-    window.set_viewport_size(dict(zip(("width", "height"), SIZES[0], strict=True)))
+    window.set_viewport_size({"width": SIZES[0][0], "height": SIZES[0][1]})
     window.get_by_role("tab").first.click()
     window.locator('[data-arm="Holding"]').wait_for(timeout=10_000)
 

@@ -47,7 +47,7 @@ class PlotPanel:
             scales={"x": seconds, "y": {"range": (0.0, 1.04 * CEILING)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
-            height=150,
+            height=135,
         )
         self.activation = server.gui.add_uplot(
             (np.linspace(-SPAN, 0.0, LENGTH), empty[0]),
@@ -61,7 +61,7 @@ class PlotPanel:
             scales={"x": seconds, "y": {"range": (0.0, 1.04)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
-            height=105,
+            height=90,
         )
 
         self.jump = server.gui.add_uplot(
@@ -71,10 +71,10 @@ class PlotPanel:
                 uplot.Series(label="jump [cm]", stroke=css(POINT[Verdict.BEHIND]), width=1.5),
             ),
             title="Largest jump of the control point [cm]",
-            scales={"x": seconds, "y": {"range": (0.0, 1.04 * JUMP)}},  # type: ignore[dict-item]
+            scales={"x": seconds, "y": {"range": (0.0, 1.15 * JUMP)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
-            height=90,
+            height=80,
         )
 
     def update(self, snapshot: Snapshot) -> None:
