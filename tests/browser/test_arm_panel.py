@@ -153,6 +153,19 @@ def test_run_hold_and_stop_never_move(puppet: Puppet, window: Window) -> None:
             stay(f"the tab {tab} scrolled to its end")
 
 
+def test_no_slip_of_the_mouse_puts_them_away(window: Window) -> None:
+    """viser's own column folds up at a click on its upper edge, and is dragged away by it."""
+    before = boxes(window)
+    x, y, width, height = before[1]
+    for edge in (3.0, y + height + 5.0):
+        window.mouse.click(x + width / 2.0, edge)
+        window.mouse.down()
+        window.mouse.move(x - 300.0, edge + 200.0, steps=4)
+        window.mouse.up()
+        window.wait_for_timeout(250)  # viser folds a column up in 160 ms
+        assert boxes(window) == before and in_sight(window)
+
+
 def test_an_engine_that_says_no_more_moves_nothing(puppet: Puppet, window: Window) -> None:
     before = boxes(window)
     puppet.mute = True

@@ -2,7 +2,7 @@
 
 A panel beside the main one, so it neither scrolls nor goes with a tab. The buttons come first and
 each line of text below has a fixed room, so that nothing here ever moves; what does not fit is
-read by resting the mouse on it. Its window has no handles: a person may not lose it.
+read by resting the mouse on it. No handle drags it away or folds it up: Stop may not be lost.
 """
 
 from html import escape
@@ -39,6 +39,8 @@ div:has(> .arm-line) {{ grid-column: 1 / -1 }}
 [data-dock-scroll] > div:has(.arm-panel) + [data-dock-divider] {{ pointer-events: none }}
 [data-dock-scroll] > div:has(.arm-panel) ~ div:not([data-dock-divider]) {{
   flex-grow: 1 !important }}
+[data-dock-region]:has(.arm-panel) [data-dock-region-handle],
+[data-dock-column]:has(.arm-panel) > [data-dock-column-handle],
 [data-dock-group]:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
 @media (max-width: 36em) {{
   div:has(> div > .arm-panel) {{ position: fixed; inset: 0 0 auto; height: {ROOM}px; z-index: 20;
