@@ -44,7 +44,7 @@ class PlotPanel:
                 uplot.Series(label="separation [cm]", stroke=css(GREY), width=1.5, dash=(2, 3)),
             ),
             title="Smallest distance [cm]",
-            scales={"x": seconds, "y": {"range": (0.0, 1.04 * CEILING)}},  # type: ignore[dict-item]
+            scales={"x": seconds, "y": {"range": (0.0, 1.1 * CEILING)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
             height=135,
@@ -58,7 +58,7 @@ class PlotPanel:
                 ),
             ),
             title="Activation of the avoidance, 0 to 1",
-            scales={"x": seconds, "y": {"range": (0.0, 1.04)}},  # type: ignore[dict-item]
+            scales={"x": seconds, "y": {"range": (0.0, 1.1)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
             height=90,
