@@ -35,7 +35,7 @@ def drive(robot, cell, place, seconds=12.0, params=FAST, begin=None, learn=None)
     """Postures on the way to a goal at `place` [m] that nothing is perceived of."""
     control, arm = WholeBody(robot, cell), SimulatedArm(robot, begin)
     if learn is not None:
-        control.know(learn)
+        control.bounds.know(learn)
     T = robot.posture(arm.state(0.0).q).T_base_tool.copy()
     T[:3, 3] = place
     for i in range(round(seconds / DT)):
@@ -113,7 +113,7 @@ def test_what_was_learned_can_be_forgotten(robot):
     wall = Learned.of(cubes_at(np.array(place) + [[0.05 * i, 0.0, 0.0] for i in range(-4, 4)]))
     control, ends = WholeBody(robot), []
     for learned in (wall, Learned.of(np.empty((0, 3), dtype=np.int64))):
-        control.know(learned)
+        control.bounds.know(learned)
         control.reset()
         arm = SimulatedArm(robot)
         T = robot.posture(robot.home).T_base_tool.copy()

@@ -115,7 +115,7 @@ def test_a_watcher_cannot_press_a_button_of_the_operator(
             for label in ("Run", "Hold", "Learn background", "Go there"):
                 await watcher.press(control(page, label))
             for command in page.server.gui._command_handle_from_uuid.values():
-                if command not in page.control.everybody:
+                if command not in page.arm.everybody:
                     await watcher.press(command)
             await until(lambda: page.gate.refused == 6)
             assert engine.posted == []
@@ -172,7 +172,7 @@ def test_a_watchers_setting_is_put_back_on_its_page(page: Page, engine: FakeEngi
 def test_every_page_may_stop_the_arm(page: Page, engine: FakeEngine) -> None:
     async def scene() -> None:
         async with two(page) as (_, watcher):
-            for handle in page.control.everybody:
+            for handle in page.arm.everybody:
                 engine.posted.clear()
                 await watcher.press(handle)
                 await until(lambda: engine.posted)

@@ -1,19 +1,34 @@
 """The panels: what they show of a snapshot, and what they post when a person acts."""
 
+import re
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from app.actions import AddObstacle, MoveObstacle, RunProgram, SetParams, SetPose
+from app.actions import (
+    AddObstacle,
+    DiscardBackground,
+    ForgetBackground,
+    KeepBackground,
+    LearnBackground,
+    MoveObstacle,
+    RunProgram,
+    SetMode,
+    SetParams,
+    SetPose,
+)
 from app.config import Params, tunables
-from app.messages import Command, GhostState, Mode, Status
+from app.messages import Command, GhostState, Mode, Notice, Status
 from app.timing import ManualClock
 from app.ui.pacing import HANDS_OFF, Every
 from app.ui.page import Page
+from app.ui.panels.arm_panel import NOTICE
+from app.ui.panels.background_panel import NOTHING, Stage
 from app.ui.panels.obstacles_panel import SHAPES, placed
 from app.ui.panels.plot_panel import LENGTH
+from app.ui.words import closest_words, link_words
 from app.world.world import World
 from tests.ui_page import (  # noqa: F401 - fixtures
     SENSORS,
@@ -107,13 +122,130 @@ def test_the_control_points_are_chosen_by_name(page: Page, engine: FakeEngine) -
 def test_the_state_is_told_in_plain_words(page: Page, engine: FakeEngine, mode: Mode) -> None:
     status = Status(mode, "the <reason>", 0.0)
     show(page, engine, snapshot(engine, status=status))
-    assert mode.value.capitalize() in page.control.state.content
-    assert "the &lt;reason&gt;" in page.control.state.content
+    assert f">{mode.value.capitalize()}<" in page.arm.state.content
+    assert "the &lt;reason&gt;" in page.arm.why.content
 
 
 def test_a_refused_action_is_told(page: Page, engine: FakeEngine) -> None:
-    show(page, engine, snapshot(engine, notice="no such body"))
-    assert "Refused: no such body" in page.control.state.content
+    show(page, engine, snapshot(engine, notice=Notice("no such body", refused=True)))
+    assert ">Refused: no such body<" in page.arm.notice.content
+
+
+def test_a_success_is_never_told_as_refused(page: Page, engine: FakeEngine) -> None:
+    show(page, engine, snapshot(engine, notice=Notice("background learned: 255 cells")))
+    assert ">background learned: 255 cells<" in page.arm.notice.content
+    assert "Refused" not in page.arm.notice.content
+
+
+def test_a_notice_goes_after_a_while_and_comes_again_when_it_is_said_again(
+    page: Page, clock: ManualClock, engine: FakeEngine
+) -> None:
+    notice = Notice("no such body", refused=True)
+    show(page, engine, snapshot(engine, notice=notice))
+    clock.t += NOTICE - 0.1
+    show(page, engine, snapshot(engine, notice=notice))
+    assert "no such body" in page.arm.notice.content
+    clock.t += 0.2
+    show(page, engine, snapshot(engine, notice=notice))
+    assert "no such body" not in page.arm.notice.content
+    show(page, engine, snapshot(engine, notice=replace(notice)))
+    assert "no such body" in page.arm.notice.content
+
+
+def test_no_notice_hides_the_distance_or_what_holds_the_arm_back(
+    page: Page, engine: FakeEngine
+) -> None:
+    now = snapshot(engine, notice=Notice("no such body", refused=True), advice="blocked: a wall")
+    show(page, engine, now)
+    assert ">Closest 25 cm at the forearm · gives way<" in _text(page.arm.closest.content)
+    assert "just begun · blocked: a wall" in page.arm.why.content
+
+
+@pytest.mark.parametrize("activation, does", [(0.0, "free"), (0.4, "(40 %)"), (1.0, "gives way")])
+def test_what_the_avoidance_does_is_said_in_words(
+    engine: FakeEngine, activation: float, does: str
+) -> None:
+    links = [link_words(link) for link in engine.robot.links]
+    now = snapshot(engine, command=Command(np.zeros(6), activation=activation))
+    assert closest_words(now, links).endswith(does)
+    assert closest_words(replace(now, pairs=nobody(now.pairs)), links).startswith("Nothing in")
+
+
+def test_run_hold_and_stop_are_posted_with_who_asked(page: Page, engine: FakeEngine) -> None:
+    for button in page.arm.buttons:
+        run(page, button, True)
+    assert [a.mode for a in engine.posted if isinstance(a, SetMode)] == [
+        Mode.RUNNING, Mode.HOLDING, Mode.STOPPED,
+    ]  # fmt: skip
+    assert all(isinstance(a, SetMode) and a.reason.endswith("page 0") for a in engine.posted)
+
+
+def seen(page: Page, engine: FakeEngine, **background: Any) -> set[str]:
+    """Labels of the buttons of the background that are there, after a snapshot."""
+    cells = {k: np.zeros((n, 3)) for k, n in background.items() if k != "left"}
+    view = replace(NOTHING, left=background.get("left", 0.0), **cells)
+    show(page, engine, snapshot(engine, background=view))
+    return {b.label for b, _ in page.background._buttons if b.visible}
+
+
+def test_the_background_is_asked_counted_down_previewed_and_kept(
+    page: Page, engine: FakeEngine
+) -> None:
+    panel = page.background
+    assert seen(page, engine) == {"Learn background", "Forget background"}
+    assert panel.forget.disabled  # nothing is known
+    run(page, panel.learn, True)
+    assert seen(page, engine) == {"Cancel", "Begin"} and engine.posted == []
+    assert "People must be out of the cell" in panel.text.content
+    run(page, panel.begin, True)
+    assert engine.posted == [LearnBackground(3.0)]
+    assert seen(page, engine, left=2.4) == {"Stop learning"}
+    assert "2.4 s to go" in panel.text.content
+    assert seen(page, engine, preview=518) == {"Keep", "Discard"}
+    assert "518 cells found" in panel.text.content
+    run(page, panel.keep, True)
+    assert isinstance(engine.posted[-1], KeepBackground)
+    assert seen(page, engine, known=518) == {"Learn background", "Forget background"}
+    assert "518 cells are known" in panel.text.content and not panel.forget.disabled
+
+
+def test_learning_and_its_preview_can_be_dropped(page: Page, engine: FakeEngine) -> None:
+    for button, state in (
+        (page.background.abort, {"left": 1.0}),
+        (page.background.discard, {"preview": 3}),
+    ):
+        seen(page, engine, **state)
+        run(page, button, True)
+        assert isinstance(engine.posted.pop(), DiscardBackground)
+    seen(page, engine)
+
+
+def test_what_is_known_is_forgotten_only_when_asked_twice(page: Page, engine: FakeEngine) -> None:
+    panel = page.background
+    seen(page, engine, known=7)
+    run(page, panel.forget, True)
+    assert seen(page, engine, known=7) == {"Forget all of it", "Cancel"} and engine.posted == []
+    run(page, panel.spare, True)
+    assert seen(page, engine, known=7) == {"Learn background", "Forget background"}
+    run(page, panel.forget, True)
+    run(page, panel.forget_all, True)
+    assert len(engine.posted) == 1 and isinstance(engine.posted[0], ForgetBackground)
+    assert seen(page, engine) == {"Learn background", "Forget background"}
+
+
+def test_a_second_press_on_the_same_spot_takes_nothing_for_granted(page: Page) -> None:
+    """Under `Learn` comes `Cancel`, under `Forget`, the second, `Cancel` as well."""
+    panel = page.background
+    order = {stage: [b for b, s in panel._buttons if s is stage] for stage in Stage}
+    assert order[Stage.IDLE] == [panel.learn, panel.forget]
+    assert order[Stage.ASK_LEARN][0] is panel.cancel
+    assert order[Stage.ASK_FORGET][1] is panel.spare
+    assert order[Stage.LEARNING][0] is panel.abort and order[Stage.PREVIEW][0] is panel.discard
+
+
+def _text(html: str) -> str:
+    """The HTML with the dot before the distance taken away."""
+    return re.sub("<span[^>]*>&#9679;</span> ", "", html)
 
 
 def test_an_engine_that_falls_silent_is_told(
@@ -122,7 +254,15 @@ def test_an_engine_that_falls_silent_is_told(
     show(page, engine, snapshot(engine))
     clock.t += 3.0
     assert not page.pump.step()
-    assert "has not spoken for 3 s" in page.control.state.content
+    assert "No news" in page.arm.state.content
+    assert "has not spoken for 3 s" in page.arm.why.content
+
+
+def test_what_was_asked_of_a_chart_stays_in_its_past(page: Page, engine: FakeEngine) -> None:
+    """The line from which the avoidance acts is of its time, not of the settings of now."""
+    show(page, engine, snapshot(engine, params=Params(d_s=0.2, d_inf=0.5)))
+    show(page, engine, snapshot(engine, params=Params(d_s=0.3, d_inf=0.7)))
+    assert page.plot.distance.data[3][-2:] == pytest.approx([50.0, 70.0])
 
 
 def test_the_plot_holds_half_a_minute(page: Page, engine: FakeEngine) -> None:
@@ -164,7 +304,7 @@ def test_a_pose_is_typed_and_a_program_is_started_and_ended(page: Page, engine: 
 
 def test_what_holds_the_arm_back_is_told(page: Page, engine: FakeEngine) -> None:
     show(page, engine, snapshot(engine, advice="slow: the sensors are silent for 0.3 s"))
-    assert "silent for 0.3 s" in page.control.state.content
+    assert "silent for 0.3 s" in page.arm.why.content
 
 
 def test_the_plot_draws_an_empty_sky_at_its_top(page: Page, engine: FakeEngine) -> None:

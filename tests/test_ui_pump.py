@@ -13,7 +13,16 @@ from app.ui.page import Page
 from app.ui.pump import Pump
 from app.ui.server import serving
 from app.ui.traffic import Traffic
-from tests.ui_page import FakeEngine, show, snapshot, the_built, the_engine, the_page  # noqa: F401 - fixtures
+from tests.ui_page import (  # noqa: F401 - fixtures
+    FakeEngine,
+    at,
+    body,
+    show,
+    snapshot,
+    the_built,
+    the_engine,
+    the_page,
+)
 
 
 def test_an_old_snapshot_is_not_shown_twice(page: Page, engine: FakeEngine) -> None:
@@ -31,6 +40,27 @@ def test_a_frame_stays_far_below_one_window_of_messages(page: Page, engine: Fake
         show(page, engine, moved)
         last = page.server._websock_server._broadcast_buffer.message_counter
     assert 0 < last - first < 64
+
+
+def test_a_second_of_an_arm_that_moves_takes_few_messages(page: Page, engine: FakeEngine) -> None:
+    """Each message costs the interpreter twice, when it is queued and when it is sent."""
+    buffer = page.server._websock_server._broadcast_buffer
+    limbs = [body(f"limb {k}", movable=False) for k in range(10)]
+    begin = snapshot(engine).stamp
+    for k in range(31):
+        q = engine.robot.home + 0.01 * k
+        posture = engine.robot.posture(q)
+        world = tuple(at(limb, [0.5, 0.1 * j, 0.02 * k]) for j, limb in enumerate(limbs))
+        moved = snapshot(
+            engine, T_base_link=posture.T_base_link, T_base_tool=posture.T_base_tool,
+            world=world, stamp=begin + 1000.0 + k / 30.0,
+        )  # fmt: skip
+        if k == 1:  # from the second on: the first builds the bodies
+            first = buffer.message_counter
+        show(page, engine, moved)
+    # thirty pictures of the arm (13 of its links' places and turns, and the tool's), fifteen of
+    # the limbs, and what the panels and the cloud take
+    assert buffer.message_counter - first < 30 * 14 + 15 * len(limbs) + 60
 
 
 def test_a_failing_view_stops_the_arm(engine: FakeEngine) -> None:

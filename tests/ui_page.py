@@ -62,13 +62,18 @@ class FakeEngine:
         self.posted.append(action)
 
 
-@pytest.fixture(name="engine", scope="module")
-def the_engine() -> FakeEngine:
-    robot = load_robot(find_robot("ur10e"))
+def fake_skin(robot: Robot) -> Skin:
+    """Two sensors on the forearm."""
     T = np.eye(4)
     T[:3, 3] = [0.0, 0.0, 0.1]
     sensors = tuple(Sensor(f"s{k}", "forearm_link", T, 8, 0, False) for k in range(SENSORS))
-    return FakeEngine(robot, build_skin("test", sensors, robot))
+    return build_skin("test", sensors, robot)
+
+
+@pytest.fixture(name="engine", scope="module")
+def the_engine() -> FakeEngine:
+    robot = load_robot(find_robot("ur10e"))
+    return FakeEngine(robot, fake_skin(robot))
 
 
 @pytest.fixture(name="built", scope="module")

@@ -10,6 +10,8 @@ from app.timing import Clock, WallClock
 from app.ui.access import Access
 from app.ui.engine import Engine
 from app.ui.gate import Gate
+from app.ui.panels.arm_panel import ArmPanel
+from app.ui.panels.background_panel import BackgroundPanel
 from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
@@ -108,10 +110,12 @@ class Page:
 
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
+        self.arm = ArmPanel(server, engine, clock)
         self.control = ControlPanel(server, engine, clock)
         tabs = gui.add_tab_group()
-        with tabs.add_tab("Obstacles"):
+        with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
+            self.background = BackgroundPanel(server, engine)
         with tabs.add_tab("Goal"):
             self.goals = GoalPanel(server, engine)
         with tabs.add_tab("View"):
@@ -126,15 +130,16 @@ class Page:
         charts = gui.add_panel()
         with charts.add_tab("Distance", viser.Icon.CHART_LINE):
             self.plot = PlotPanel(server)
-        charts.float(x=12, y=-12, width=370)
-        self.roles = Roles(server, self.gate, self.control.everybody, self._let_go)
+        charts.float(x=12, y=-12, width=340)
+        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views = (
             self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
-            self.world, self.control, self.obstacles, self.goals, self.params, self.plot,
-            self.health, self.memory, self.roles, self.sensors, self.separation,
+            self.world, self.arm, self.control, self.obstacles, self.background, self.goals,
+            self.params, self.plot, self.health, self.memory, self.roles, self.sensors,
+            self.separation,
         )  # fmt: skip
-        self.pump = Pump(server, engine, views, clock, traffic, self.control.silent)
+        self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
 
     def _let_go(self, page: int) -> None:
         """The page has lost the lease, maybe with the mouse on a handle."""

@@ -86,7 +86,7 @@ def test_dragging_the_goal_with_the_mouse_moves_the_arm(live: Live, window: Wind
 
 
 def test_an_obstacle_dragged_to_the_arm_is_felt(live: Live, window: Window) -> None:
-    window.get_by_role("tab", name="Obstacles").click()
+    window.get_by_role("tab", name="Cell").click()
     window.get_by_role("button", name="Box", exact=True).click()
     until(window, lambda: "/world/Box 1" in nodes(window), "the box is in the scene")
     until(window, lambda: position(window, "/world/Box 1")[0] > 0.5, "in front of the tool")
@@ -117,7 +117,7 @@ def test_an_obstacle_dragged_to_the_arm_is_felt(live: Live, window: Window) -> N
 
 
 def test_a_deleted_obstacle_leaves_the_scene(live: Live, window: Window) -> None:
-    window.get_by_role("tab", name="Obstacles").click()
+    window.get_by_role("tab", name="Cell").click()
     window.get_by_role("button", name="Sphere", exact=True).click()
     until(window, lambda: "/world/Sphere 1" in nodes(window), "the sphere is in the scene")
     button = window.get_by_role("button", name="Delete it")

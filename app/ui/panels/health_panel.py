@@ -12,14 +12,14 @@ from app.ui.engine import Engine
 from app.ui.pacing import Every
 from app.ui.traffic import Traffic
 
-PERIOD = 0.25  # [s]
+PERIOD = 0.5  # [s]
 MEMORY = 300  # snapshots seen, about 10 s: the percentiles are over these
 
 Rows = list[tuple[str, str]]
 
 
 class HealthPanel:
-    """Four small tables, at most four times a second.
+    """Four small tables, at most twice a second.
 
     They are HTML: Markdown is compiled anew in the browser at every change.
     """

@@ -69,6 +69,8 @@ class ObstaclesPanel:
 
     def update(self, snapshot: Snapshot) -> None:
         self._snapshot = snapshot
+        if not self._pace.due(snapshot.stamp):
+            return
         names = tuple(p.view.name for p in snapshot.world if p.view.movable)
         if names != self._names:
             added = [n for n in names if n not in self._names]
@@ -78,7 +80,7 @@ class ObstaclesPanel:
             if added and not first:
                 assign(self.chosen, added[-1])
             self.position.disabled = self.delete.disabled = not names
-        if self._hands.free and self._pace.due(snapshot.stamp):
+        if self._hands.free:
             T = self._pose(self.chosen.value)
             if T is not None:
                 x, y, z = np.round(1000.0 * T[:3, 3])

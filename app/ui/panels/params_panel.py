@@ -14,12 +14,13 @@ from app.config import Tunable, tunables
 from app.messages import Snapshot
 from app.timing import Clock
 from app.ui.engine import Engine
-from app.ui.pacing import HandsOff
+from app.ui.pacing import Every, HandsOff
 from app.ui.panels.assign import assign
 
 FIRST = ("d_s", "v_max", "d_min", "delta", "eps_min", "memory")
 ELSEWHERE = ("mode",)  # the control panel has it
 MM = 1000.0
+PERIOD = 0.2  # [s]
 Control = viser.GuiSliderHandle[float] | viser.GuiCheckboxHandle
 
 
@@ -29,6 +30,7 @@ class ParamsPanel:
     def __init__(self, server: viser.ViserServer, engine: Engine, clock: Clock) -> None:
         self._gui, self._engine, self._clock = server.gui, engine, clock
         self.controls: dict[str, Control] = {}
+        self._pace = Every(PERIOD)
         self._hands: dict[str, HandsOff] = {}
         known = {t.name: t for t in tunables() if t.name not in ELSEWHERE}
         for name in FIRST:
@@ -41,6 +43,8 @@ class ParamsPanel:
                         self._add(t)
 
     def update(self, snapshot: Snapshot) -> None:
+        if not self._pace.due(snapshot.stamp):
+            return
         for name, control in self.controls.items():
             if self._hands[name].free:
                 value = getattr(snapshot.params, name)

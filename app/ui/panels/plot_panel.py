@@ -1,25 +1,24 @@
 """The last half minute: smallest distance, activation, and jumps of the control point."""
 
-from collections import deque
-
 import numpy as np
 import viser
 from viser import uplot
 
-from app.messages import Array, Snapshot
+from app.messages import Snapshot
 from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, Verdict, css
 from app.ui.pacing import Every
 
-PERIOD = 0.1  # [s]
+PERIOD = 0.1  # [s] between two samples
+SENT = 0.2  # [s] between two pictures of them
 SPAN = 30.0  # [s]
 CEILING = 100.0  # [cm] farther, or nothing in sight, is drawn at the top
 JUMP = 50.0  # [cm] larger jumps are drawn at the top
 NOWHERE = -10.0  # [cm] below the chart: there is no such line
 LENGTH = int(SPAN / PERIOD)
 
-# time [s], distance, distance kept [cm], activation, the ghost's distance, the separation distance,
-# the control point's largest jump [cm]
-Row = tuple[float, float, float, float, float, float, float]
+# columns: time [s]; distance, distance kept, distance from which it acts, the ghost's distance, the
+# separation distance [cm]; activation; the control point's largest jump [cm]
+COLUMNS = 8
 
 AXIS = {"size": 42, "font": "11px sans-serif"}
 TIME = {"size": 24, "font": "11px sans-serif"}
@@ -29,8 +28,8 @@ class PlotPanel:
     """Three charts of 300 samples."""
 
     def __init__(self, server: viser.ViserServer) -> None:
-        self._pace = Every(PERIOD)
-        self._rows: deque[Row] = deque(maxlen=LENGTH)
+        self._pace, self._sent = Every(PERIOD), Every(SENT)
+        self._rows = np.full((LENGTH, COLUMNS), np.nan)  # the newest last
         empty = tuple(np.zeros(LENGTH) for _ in range(6))
         self._jump = 0.0  # the largest since the last sample
         seconds = {"time": False, "range": (-SPAN, 0.0)}
@@ -45,10 +44,10 @@ class PlotPanel:
                 uplot.Series(label="separation [cm]", stroke=css(GREY), width=1.5, dash=(2, 3)),
             ),
             title="Smallest distance [cm]",
-            scales={"x": seconds, "y": {"range": (0.0, 1.04 * CEILING)}},  # type: ignore[dict-item]
+            scales={"x": seconds, "y": {"range": (0.0, 1.1 * CEILING)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
-            height=150,
+            height=135,
         )
         self.activation = server.gui.add_uplot(
             (np.linspace(-SPAN, 0.0, LENGTH), empty[0]),
@@ -59,10 +58,10 @@ class PlotPanel:
                 ),
             ),
             title="Activation of the avoidance, 0 to 1",
-            scales={"x": seconds, "y": {"range": (0.0, 1.04)}},  # type: ignore[dict-item]
+            scales={"x": seconds, "y": {"range": (0.0, 1.1)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
-            height=105,
+            height=90,
         )
 
         self.jump = server.gui.add_uplot(
@@ -72,43 +71,41 @@ class PlotPanel:
                 uplot.Series(label="jump [cm]", stroke=css(POINT[Verdict.BEHIND]), width=1.5),
             ),
             title="Largest jump of the control point [cm]",
-            scales={"x": seconds, "y": {"range": (0.0, JUMP)}},  # type: ignore[dict-item]
+            scales={"x": seconds, "y": {"range": (0.0, 1.15 * JUMP)}},  # type: ignore[dict-item]
             axes=(uplot.Axis(**TIME), uplot.Axis(**AXIS)),  # type: ignore[typeddict-item]
             legend=uplot.Legend(show=False),
-            height=90,
+            height=80,
         )
 
     def update(self, snapshot: Snapshot) -> None:
         self._jump = max(self._jump, min(100.0 * snapshot.jump, JUMP))
         if not self._pace.due(snapshot.stamp):
             return
-        params = snapshot.params
-        near = min(100.0 * snapshot.pairs.minimum, CEILING)
-        if self._rows and self._rows[-1][0] > snapshot.stamp:  # the clock was set back
-            self._rows.clear()
-        ghost = NOWHERE
-        if snapshot.ghost is not None:
-            ghost = min(100.0 * snapshot.ghost.distance, CEILING)
-        needed = 100.0 * snapshot.command.protective
-        kept = params.d_s if params.mode == "qp" else params.d_min
-        self._rows.append(
-            (
-                snapshot.stamp, near, 100.0 * kept, snapshot.command.activation, ghost,
-                min(needed, CEILING) if needed > 0.0 else NOWHERE, self._jump,
-            )
-        )  # fmt: skip
+        rows, row = self._rows, (*sample(snapshot), self._jump)
         self._jump = 0.0
-        rows = filled(self._rows)
-        lower = rows[:, 2]
-        width = params.d_inf - params.d_s if params.mode == "qp" else params.delta
-        upper = lower + 100.0 * width
-        self.distance.data = (rows[:, 0], rows[:, 1], lower, upper, rows[:, 4], rows[:, 5])
-        self.activation.data = (rows[:, 0], rows[:, 3])
-        self.jump.data = (rows[:, 0], rows[:, 6])
+        if not rows[-1, 0] <= row[0]:  # the first one, or the clock was set back
+            rows[:] = row
+        rows[:-1] = rows[1:]
+        rows[-1] = row
+        if self._sent.due(snapshot.stamp):
+            time = rows[:, 0] - rows[-1, 0]
+            self.distance.data = (time, *(rows[:, k] for k in range(1, 6)))
+            self.activation.data = (time, rows[:, 6])
+            self.jump.data = (time, rows[:, 7])
 
 
-def filled(rows: deque[Row]) -> Array:
-    """(LENGTH, 7) rows with times relative to the newest; before the first, the first repeats."""
-    a = np.array(rows)
-    a[:, 0] -= a[-1, 0]
-    return np.concatenate((np.repeat(a[:1], LENGTH - len(a), axis=0), a))
+def sample(snapshot: Snapshot) -> tuple[float, ...]:
+    """All columns but the last."""
+    params, needed = snapshot.params, 100.0 * snapshot.command.protective
+    kept = params.d_s if params.mode == "qp" else params.d_min
+    begins = params.d_inf if params.mode == "qp" else params.d_min + params.delta
+    ghost = snapshot.ghost.distance if snapshot.ghost is not None else None
+    return (
+        snapshot.stamp,
+        min(100.0 * snapshot.pairs.minimum, CEILING),
+        100.0 * kept,
+        100.0 * begins,
+        min(100.0 * ghost, CEILING) if ghost is not None else NOWHERE,
+        min(needed, CEILING) if needed > 0.0 else NOWHERE,
+        snapshot.command.activation,
+    )

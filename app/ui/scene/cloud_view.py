@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from app.messages import SLOTS, Array, Snapshot, Verdict
 from app.ui.colours import POINT, RAW, RGB
 from app.ui.engine import Engine
+from app.ui.pacing import Every
 from app.ui.scene.switch import Switch
 
+PERIOD = 0.06  # [s]: a sensor speaks every 67 ms
 Mask = NDArray[np.bool_]
 
 WORDS: dict[Verdict | None, tuple[str, str]] = {  # label and help of the switch
@@ -58,6 +60,7 @@ class CloudView:
                 visible=False,
             )
 
+        self._pace = Every(PERIOD)
         self._classes = [_Class(cloud("raw", RAW, 0.004), None, False)]
         for verdict, colour in POINT.items():
             size = 0.008 if verdict is Verdict.KEPT else 0.006
@@ -65,12 +68,12 @@ class CloudView:
             self._classes.append(_Class(handle, verdict, verdict is Verdict.KEPT))
 
     def update(self, snapshot: Snapshot) -> None:
+        if not self._pace.due(snapshot.stamp):
+            return
         points, verdict = snapshot.cloud.points, snapshot.cloud.verdict
-        measured: Mask = np.asarray(np.isfinite(points).all(axis=1))
+        measured: Mask = np.isfinite(points[:, 0])
         for c in self._classes:
-            mine = measured.copy()
-            if c.verdict is not None:
-                mine[verdict != c.verdict] = False
+            mine = measured & (verdict == c.verdict) if c.verdict is not None else measured
             shown = c.on and bool(mine.any())
             if shown:
                 c.handle.points = parked(points, mine)

@@ -5,7 +5,7 @@ import viser
 from app.messages import Snapshot
 from app.ui.colours import GHOST
 from app.ui.engine import Engine
-from app.ui.scene.poses import wxyz
+from app.ui.scene.poses import Nodes
 from app.ui.scene.switch import Switch
 
 OPACITY = 0.3
@@ -17,6 +17,7 @@ class GhostView:
     def __init__(self, server: viser.ViserServer, engine: Engine) -> None:
         self._scene, self._robot = server.scene, engine.robot
         self._links: list[viser.MeshHandle] = []
+        self._nodes = Nodes(())
         self._shown = True
 
     def update(self, snapshot: Snapshot) -> None:
@@ -33,10 +34,8 @@ class GhostView:
                 )
                 for name, body in zip(self._robot.links, self._robot.bodies, strict=True)
             ]  # fmt: skip
-        for handle, T, q in zip(
-            self._links, ghost.T_base_link, wxyz(ghost.T_base_link), strict=True
-        ):
-            handle.position, handle.wxyz = T[:3, 3], q
+            self._nodes = Nodes(self._links)
+        self._nodes.show(ghost.T_base_link)
 
     def switches(self) -> list[Switch]:
         return [Switch("Ghost", True, self._show, "a second controller, see --ghost")]

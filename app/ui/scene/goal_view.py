@@ -4,7 +4,6 @@ Two windows share the handle. It follows the arm's goal, except while a hand is 
 moment after, when snapshots still tell an older goal.
 """
 
-import numpy as np
 import viser
 
 from app.actions import SetGoal
@@ -12,7 +11,7 @@ from app.messages import Snapshot
 from app.timing import Clock
 from app.ui.engine import Engine
 from app.ui.pacing import HandsOff
-from app.ui.scene.poses import pose, wxyz
+from app.ui.scene.poses import follow, pose
 from app.ui.scene.switch import Switch
 
 
@@ -40,13 +39,9 @@ class GoalView:
         engine.post(SetGoal(pose(event.target.wxyz, event.target.position)))
 
     def update(self, snapshot: Snapshot) -> None:
-        both = wxyz(np.stack((snapshot.T_base_tool, snapshot.goal.T_base_tool)))
-        self.tool.position, self.tool.wxyz = snapshot.T_base_tool[:3, 3], both[0]
+        follow(self.tool, snapshot.T_base_tool)
         if self.hands.free:
-            self.handle.position = snapshot.goal.T_base_tool[:3, 3]
-            # q and -q are the same turn; the handle's sign is kept, so nothing is sent for it
-            same = np.dot(both[1], self.handle.wxyz) >= 0.0
-            self.handle.wxyz = both[1] if same else -both[1]
+            follow(self.handle, snapshot.goal.T_base_tool)
 
     def switches(self) -> list[Switch]:
         return [

@@ -11,9 +11,11 @@ from numpy.typing import NDArray
 from app.messages import Array, Pairs, Snapshot
 from app.ui.colours import CALM, DARK, RGB, activation_colour
 from app.ui.engine import Engine
+from app.ui.scene.poses import place
 from app.ui.scene.switch import Switch
 from app.ui.words import link_words
 
+LEEWAY = 0.005  # [m] that the label may be off the arrow's end
 Segments = NDArray[np.float32]
 
 
@@ -64,14 +66,17 @@ class PairView:
             world, robot = pairs.on_world[i], pairs.on_robot[i]
             normal = pairs.normal[i]
             self.arrow.points = visible_segments(world[None], robot[None], normal[None])
-            self.label.position = world
-            name = self._names[int(pairs.link[i])]
-            self.label.text = f"{100.0 * pairs.distance[i]:.0f} cm · {name}"
-            colour = activation_colour(activation)
-            if colour != self._colour:
-                self._colour = colour
-                self.arrow.colors = np.array(colour, dtype=np.uint8)
+            if np.abs(self.label.position - world).max() > LEEWAY:
+                place(self.label, world)
+            self._say(self._names[int(pairs.link[i])], float(pairs.distance[i]), activation)
         self.arrow.visible = self.label.visible = seen
+
+    def _say(self, name: str, distance: float, activation: float) -> None:
+        self.label.text = f"{100.0 * distance:.0f} cm · {name}"
+        colour = activation_colour(activation)
+        if colour != self._colour:
+            self._colour = colour
+            self.arrow.colors = np.array(colour, dtype=np.uint8)
 
     def _show_others(self, on: bool) -> None:
         self._others_on = on

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from app.messages import SensorHealth, Snapshot
 from app.ui.colours import HEALTH
 from app.ui.engine import Engine
-from app.ui.scene.poses import wxyz
+from app.ui.scene.poses import Nodes, wxyz
 from app.ui.scene.switch import Switch
 
 HALF_VIEW = radians(22.5)  # half a side of the square field of view (UM3109: 45 degrees)
@@ -37,6 +37,7 @@ class RobotView:
     def __init__(self, server: viser.ViserServer, engine: Engine) -> None:
         names, scene = engine.robot.links, server.scene
         self.links = [scene.add_frame(f"/robot/{link}", show_axes=False) for link in names]
+        self._nodes = Nodes(self.links)
         self.meshes = [
             scene.add_mesh_trimesh(f"/robot/{link}/mesh", engine.robot.visual(link))
             for link in names
@@ -47,9 +48,7 @@ class RobotView:
         self._health = np.full(len(sensors), SensorHealth.ABSENT, dtype=np.uint8)
 
     def update(self, snapshot: Snapshot) -> None:
-        poses = snapshot.T_base_link
-        for handle, T, q in zip(self.links, poses, wxyz(poses), strict=True):
-            handle.position, handle.wxyz = T[:3, 3], q
+        self._nodes.show(snapshot.T_base_link)
         if not np.array_equal(snapshot.health, self._health):
             self._health = snapshot.health.copy()
             for patch in self.patches:

@@ -11,19 +11,14 @@ import numpy as np
 import viser
 
 from app.actions import MoveObstacle
-from app.messages import Array, BodyView, Snapshot
+from app.messages import Array, BodyPose, BodyView, Snapshot
 from app.ui.engine import Engine
-from app.ui.scene.poses import wxyz
+from app.ui.pacing import Every
+from app.ui.scene.poses import Nodes, wxyz
 from app.ui.scene.switch import Switch
 
+PERIOD = 0.06  # [s] between two pictures of what nobody drags
 REACH = 3.0  # [m] from the base: farther than any arm here; keeps a slip of the mouse in sight
-
-
-@dataclass
-class _Body:
-    view: BodyView
-    handle: viser.MeshHandle
-    T_base_body: Array
 
 
 @dataclass(frozen=True)
@@ -41,23 +36,19 @@ class WorldView:
         self, server: viser.ViserServer, engine: Engine, on_select: Callable[[str], None]
     ) -> None:
         self._server, self._engine, self._on_select = server, engine, on_select
-        self._bodies: dict[str, _Body] = {}
+        self._bodies: dict[str, tuple[BodyView, viser.MeshHandle]] = {}
+        self._world: tuple[BodyPose, ...] = ()
+        self._nodes, self._pace = Nodes(()), Every(PERIOD)
         self._grabs: dict[tuple[int, str], _Grab] = {}
         self._root = server.scene.add_frame("/world", show_axes=False)
 
     def update(self, snapshot: Snapshot) -> None:
-        here = {p.view.name: p for p in snapshot.world}
-        for name, body in list(self._bodies.items()):
-            if name not in here or here[name].view is not body.view:
-                body.handle.remove()
-                del self._bodies[name]
-        for name, placed in here.items():
-            if name not in self._bodies:
-                self._bodies[name] = self._add(placed.view, placed.T_base_body)
-            body = self._bodies[name]
-            body.T_base_body = placed.T_base_body
-            body.handle.position = placed.T_base_body[:3, 3]
-            body.handle.wxyz = wxyz(placed.T_base_body)
+        before, self._world = self._world, snapshot.world
+        if [p.view for p in before] != [p.view for p in snapshot.world]:
+            self._rebuild(snapshot.world)
+        dragged = bool(self._grabs)
+        if snapshot.world and (self._pace.due(snapshot.stamp) or dragged):
+            self._nodes.show(np.array([p.T_base_body for p in snapshot.world]))
 
     def switches(self) -> list[Switch]:
         return [
@@ -72,9 +63,9 @@ class WorldView:
     def drag(self, name: str, event: viser.SceneNodeDragEvent[viser.MeshHandle]) -> None:
         """A window drags the body `name`."""
         key = (event.client_id, name)
-        if event.phase == "start" and name in self._bodies:
+        pose = next((p.T_base_body for p in self._world if p.view.name == name), None)
+        if event.phase == "start" and pose is not None:
             self._on_select(name)
-            pose = self._bodies[name].T_base_body
             self._grabs[key] = _Grab(pose, np.asarray(event.start_position))
         grab = self._grabs.get(key)
         if grab is None:
@@ -94,7 +85,19 @@ class WorldView:
         """The window drags nothing any more, whatever it says."""
         self._grabs = {key: grab for key, grab in self._grabs.items() if key[0] != window}
 
-    def _add(self, view: BodyView, T_base_body: Array) -> _Body:
+    def _rebuild(self, world: tuple[BodyPose, ...]) -> None:
+        """Take away what is gone or looks different, add what is new."""
+        here = {p.view.name: p.view for p in world}
+        for name, (view, handle) in list(self._bodies.items()):
+            if here.get(name) is not view:
+                handle.remove()
+                del self._bodies[name]
+        for p in world:
+            if p.view.name not in self._bodies:
+                self._bodies[p.view.name] = (p.view, self._add(p.view, p.T_base_body))
+        self._nodes = Nodes([self._bodies[p.view.name][1] for p in world])
+
+    def _add(self, view: BodyView, T_base_body: Array) -> viser.MeshHandle:
         handle = self._server.scene.add_mesh_simple(
             f"/world/{view.name}",
             view.vertices,
@@ -117,7 +120,7 @@ class WorldView:
             async def _(event: viser.SceneNodePointerEvent[viser.MeshHandle]) -> None:
                 self._on_select(name)
 
-        return _Body(view, handle, T_base_body)
+        return handle
 
 
 def at_height(eye: Array, target: Array, point: Array) -> Array:

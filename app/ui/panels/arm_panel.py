@@ -1,0 +1,163 @@
+"""Run, Hold, Stop and what the arm does, in a place of their own.
+
+A panel beside the main one, so it neither scrolls nor goes with a tab. The buttons come first and
+each line of text below has a fixed room, so that nothing here ever moves; what does not fit is
+read by resting the mouse on it. No handle drags it away or folds it up: Stop may not be lost.
+"""
+
+from html import escape
+from typing import Any
+
+import viser
+
+from app.actions import SetMode
+from app.messages import NO_NOTICE, Mode, Notice, Snapshot
+from app.timing import Clock
+from app.ui.access import words
+from app.ui.colours import ALARM, CALM, GREY, RGB, WARN, activation_colour, css
+from app.ui.engine import Engine
+from app.ui.pacing import Every
+from app.ui.words import closest_words, link_words, state_words
+
+COLOUR = {Mode.IDLE: GREY, Mode.RUNNING: CALM, Mode.HOLDING: WARN, Mode.STOPPED: ALARM}
+NOTICE = 6.0  # [s] that a notice is shown
+PERIOD = 0.1  # [s]
+ROOM = 176  # [px] height of the panel
+STOP: RGB = (201, 42, 42)  # white on it is read easily, 5.6 : 1
+
+# viser lays its controls out one below another, lets panels share a column by weights and puts
+# handles around each; what is marked here stands side by side in a room that stays as it is
+STYLE = f"""<style>
+div:has(> div > .arm-panel) {{ display: grid; grid-template-columns: repeat(3, minmax(0, 5.6em))
+  minmax(6.8em, 1fr);
+  gap: 0.15em 0.4em; padding: 0.65em 0.7em 0 }}
+div:has(> div > .arm-panel) > div {{ margin: 0 !important; padding: 0 !important; min-width: 0 }}
+div:has(> div > .arm-panel) button {{ padding: 0; height: 2.3em !important }}
+div:has(> .arm-panel) {{ display: none }}
+div:has(> .arm-line) {{ grid-column: 1 / -1 }}
+[data-dock-scroll] > div:has(.arm-panel) {{ flex: 0 0 {ROOM}px !important }}
+[data-dock-scroll] > div:has(.arm-panel) + [data-dock-divider] {{ pointer-events: none }}
+[data-dock-scroll] > div:has(.arm-panel) ~ div:not([data-dock-divider]) {{
+  flex-grow: 1 !important }}
+[data-dock-region]:has(.arm-panel) [data-dock-region-handle],
+[data-dock-column]:has(.arm-panel) > [data-dock-column-handle],
+[data-dock-group]:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
+@media (max-width: 36em) {{
+  div:has(> div > .arm-panel) {{ position: fixed; inset: 0 0 auto; height: {ROOM}px; z-index: 20;
+    background: var(--mantine-color-body) }}
+  .mantine-Notifications-root {{ margin-top: {ROOM}px }}
+}}
+</style><span class="arm-panel"></span>"""
+WISH = "Keys R, H, S · Stop travels over a network: it is not an emergency stop"
+
+
+class ArmPanel:
+    """Three buttons with their keys; the state and why, the closest distance, the last notice."""
+
+    def __init__(self, server: viser.ViserServer, engine: Engine, clock: Clock) -> None:
+        self._clock, self._pace = clock, Every(PERIOD)
+        self._links = [link_words(link) for link in engine.robot.links]
+        self._notice, self._told_at = NO_NOTICE, float("-inf")
+        gui = server.gui
+        panel = gui.add_panel()
+        with panel.add_tab("Arm"):
+            gui.add_html(STYLE)
+            run = gui.add_button(
+                "Run", color="green", icon=viser.Icon.PLAYER_PLAY, hint="go to the goal (key R)"
+            )
+            hold = gui.add_button(
+                "Hold", color="yellow", icon=viser.Icon.HAND_STOP, hint="stay, but give way (key H)"
+            )
+            stop = gui.add_button(
+                "Stop", color=STOP, icon=viser.Icon.PLAYER_STOP, hint="brake, stand still (key S)"
+            )
+            self.state = gui.add_html(state_html("Waiting", GREY))
+            self.why = gui.add_html(why_html("no snapshot has come yet"))
+            self.closest = gui.add_html(closest_html(GREY, ""))
+            self.notice = gui.add_html(notice_html(NO_NOTICE))
+            gui.add_html(line_html(WISH, WISH, "font-size:0.72em;opacity:0.7"))
+        panel.dock_above(gui.main_panel)
+        panel.expand()  # on a telephone it would begin closed
+
+        run_key = gui.add_command("Run the arm", hotkey="R")
+        hold_key = gui.add_command("Hold the arm", hotkey="H")
+        stop_key = gui.add_command("Stop the arm", hotkey="S")
+        self.buttons = (run, hold, stop)
+        self.everybody = (stop, stop_key)  # what a page may use that only watches
+        for button, key, mode in (
+            (run, run_key, Mode.RUNNING),
+            (hold, hold_key, Mode.HOLDING),
+            (stop, stop_key, Mode.STOPPED),
+        ):
+
+            async def ask(event: Any, mode: Mode = mode) -> None:
+                who = words(event.client_id)  # any page may stop the arm: people want to know
+                engine.post(SetMode(mode, reason=f"asked for by a person at {who}"))
+
+            button.on_click(ask)
+            key.on_trigger(ask)
+
+    def update(self, snapshot: Snapshot) -> None:
+        if not self._pace.due(snapshot.stamp):
+            return
+        word, why = state_words(snapshot)
+        self.state.content = state_html(word, COLOUR[snapshot.status.mode])
+        self.why.content = why_html(why)
+        colour = activation_colour(snapshot.command.activation)
+        self.closest.content = closest_html(colour, closest_words(snapshot, self._links))
+        self.notice.content = notice_html(self._recent(snapshot.notice))
+
+    def silent(self, seconds: float) -> None:
+        """No snapshot has come for so long; what the page shows is old."""
+        self.state.content = state_html("No news", ALARM)
+        self.why.content = why_html(
+            f"the engine has not spoken for {seconds:.0f} s; what you see is old"
+        )
+
+    def _recent(self, notice: Notice) -> Notice:
+        """The notice, for a while after it came; the same words said again are news again."""
+        now = self._clock.now()
+        if notice is not self._notice:
+            self._notice, self._told_at = notice, now
+        return notice if now - self._told_at < NOTICE else NO_NOTICE
+
+
+def state_html(word: str, colour: RGB) -> str:
+    """The state's word beside a band of its colour."""
+    return (
+        f'<div data-arm="{escape(word)}" style="padding-left:0.5em;border-left:0.45em solid '
+        f"{css(colour)};color:{css(colour)};height:1.9em;line-height:1.9em;font-size:1.15em;font-weight:700;"
+        f'white-space:nowrap;overflow:hidden">{escape(word)}</div>'
+    )
+
+
+def why_html(why: str) -> str:
+    """Why it is so, in the room of three lines; the mouse resting on it tells the rest."""
+    why = escape(why, quote=True)
+    return (
+        f'<div class="arm-line" title="{why}" style="margin-top:0.3em;font-size:0.85em;'
+        "height:4.2em;line-height:1.4;display:-webkit-box;-webkit-box-orient:vertical;"
+        f'-webkit-line-clamp:3;overflow:hidden">{why}</div>'
+    )
+
+
+def closest_html(colour: RGB, text: str) -> str:
+    """One line with a dot in the colour of the arrow in the scene."""
+    dot = f'<span style="color:{css(colour)}">&#9679;</span> ' if text else ""
+    return line_html(dot + escape(text), text, "font-size:0.85em;font-weight:600")
+
+
+def notice_html(notice: Notice) -> str:
+    """One line, empty when there is nothing to tell."""
+    text = f"Refused: {notice.words}" if notice.refused else notice.words
+    colour = f"color:{css(ALARM)}" if notice.refused else ""
+    return line_html(escape(text), text, f"font-size:0.85em;{colour}")
+
+
+def line_html(shown: str, told: str, style: str) -> str:
+    """One line that ends where the panel does; the mouse resting on it tells the rest."""
+    return (
+        f'<div class="arm-line" title="{escape(told, quote=True)}" style="height:1.5em;'
+        "line-height:1.5em;white-space:nowrap;overflow:hidden;text-overflow:ellipsis;"
+        f'font-variant-numeric:tabular-nums;{style}">{shown}</div>'
+    )
