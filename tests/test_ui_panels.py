@@ -168,6 +168,8 @@ def test_what_the_avoidance_does_is_said_in_words(
     links = [link_words(link) for link in engine.robot.links]
     now = snapshot(engine, command=Command(np.zeros(6), activation=activation))
     assert closest_words(now, links).endswith(does)
+    stopped = replace(now, status=Status(Mode.STOPPED, "", 0.0))
+    assert closest_words(stopped, links) == "Closest 25 cm at the forearm"
     assert closest_words(replace(now, pairs=nobody(now.pairs)), links).startswith("Nothing in")
 
 

@@ -7,6 +7,7 @@ RGB = tuple[int, int, int]
 CALM: RGB = (46, 139, 87)
 WARN: RGB = (230, 159, 0)
 ALARM: RGB = (204, 51, 34)
+DANGER: RGB = (201, 42, 42)  # of a button: white on it is read easily, 5.6 : 1
 GREY: RGB = (130, 135, 142)
 DARK: RGB = (60, 66, 74)
 GHOST: RGB = (120, 90, 200)

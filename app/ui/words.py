@@ -31,8 +31,9 @@ def closest_words(snapshot: Snapshot, links: Sequence[str]) -> str:
     pairs, activation = snapshot.pairs, snapshot.command.activation
     if pairs.closest < 0:
         return "Nothing in sight of the skin"
-    link = links[int(pairs.link[pairs.closest])]
-    does = "free" if activation <= 0.0 else "gives way"
+    near = f"Closest {100.0 * pairs.minimum:.0f} cm at the {links[int(pairs.link[pairs.closest])]}"
+    if snapshot.status.mode in (Mode.STOPPED, Mode.IDLE):
+        return near
     if 0.0 < activation < 1.0:
-        does += f" ({100.0 * activation:.0f} %)"
-    return f"Closest {100.0 * pairs.minimum:.0f} cm at the {link} · {does}"
+        return f"{near} · gives way ({100.0 * activation:.0f} %)"
+    return f"{near} · {'gives way' if activation > 0.0 else 'free'}"

@@ -14,7 +14,7 @@ from app.actions import SetMode
 from app.messages import NO_NOTICE, Mode, Notice, Snapshot
 from app.timing import Clock
 from app.ui.access import words
-from app.ui.colours import ALARM, CALM, GREY, RGB, WARN, activation_colour, css
+from app.ui.colours import ALARM, CALM, DANGER, GREY, RGB, WARN, activation_colour, css
 from app.ui.engine import Engine
 from app.ui.pacing import Every
 from app.ui.words import closest_words, link_words, state_words
@@ -23,14 +23,13 @@ COLOUR = {Mode.IDLE: GREY, Mode.RUNNING: CALM, Mode.HOLDING: WARN, Mode.STOPPED:
 NOTICE = 6.0  # [s] that a notice is shown
 PERIOD = 0.1  # [s]
 ROOM = 176  # [px] height of the panel
-STOP: RGB = (201, 42, 42)  # white on it is read easily, 5.6 : 1
 
 # viser lays its controls out one below another, lets panels share a column by weights and puts
 # handles around each; what is marked here stands side by side in a room that stays as it is
 STYLE = f"""<style>
-div:has(> div > .arm-panel) {{ display: grid; grid-template-columns: repeat(3, minmax(0, 5.6em))
-  minmax(6.8em, 1fr);
-  gap: 0.15em 0.4em; padding: 0.65em 0.7em 0 }}
+div:has(> div > .arm-panel) {{ display: grid; gap: 0.15em 0.4em;
+  grid-template-columns: repeat(3, minmax(0, 5.6em)) minmax(6.8em, 1fr);
+  padding: 0.65em 0.7em 0 }}
 div:has(> div > .arm-panel) > div {{ margin: 0 !important; padding: 0 !important; min-width: 0 }}
 div:has(> div > .arm-panel) button {{ padding: 0; height: 2.3em !important }}
 div:has(> .arm-panel) {{ display: none }}
@@ -46,6 +45,7 @@ div:has(> .arm-line) {{ grid-column: 1 / -1 }}
   div:has(> div > .arm-panel) {{ position: fixed; inset: 0 0 auto; height: {ROOM}px; z-index: 20;
     background: var(--mantine-color-body) }}
   .mantine-Notifications-root {{ margin-top: {ROOM}px }}
+  .mantine-Tabs-root:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
 }}
 </style><span class="arm-panel"></span>"""
 WISH = "Keys R, H, S · Stop travels over a network: it is not an emergency stop"
@@ -69,7 +69,7 @@ class ArmPanel:
                 "Hold", color="yellow", icon=viser.Icon.HAND_STOP, hint="stay, but give way (key H)"
             )
             stop = gui.add_button(
-                "Stop", color=STOP, icon=viser.Icon.PLAYER_STOP, hint="brake, stand still (key S)"
+                "Stop", color=DANGER, icon=viser.Icon.PLAYER_STOP, hint="brake, stand still (key S)"
             )
             self.state = gui.add_html(state_html("Waiting", GREY))
             self.why = gui.add_html(why_html("no snapshot has come yet"))
@@ -124,9 +124,10 @@ class ArmPanel:
 
 def state_html(word: str, colour: RGB) -> str:
     """The state's word beside a band of its colour."""
-    return (
+    return (  # the word is darker than the band: amber on white is hard to read
         f'<div data-arm="{escape(word)}" style="padding-left:0.5em;border-left:0.45em solid '
-        f"{css(colour)};color:{css(colour)};height:1.9em;line-height:1.9em;font-size:1.15em;font-weight:700;"
+        f"{css(colour)};color:color-mix(in srgb, {css(colour)} 70%, var(--mantine-color-text));"
+        "height:1.9em;line-height:1.9em;font-size:1.15em;font-weight:700;"
         f'white-space:nowrap;overflow:hidden">{escape(word)}</div>'
     )
 

@@ -17,7 +17,7 @@ import viser
 
 from app.actions import DiscardBackground, ForgetBackground, KeepBackground, LearnBackground
 from app.messages import BackgroundView, Snapshot
-from app.ui.colours import CALM, css
+from app.ui.colours import CALM, DANGER, css
 from app.ui.engine import Engine
 from app.ui.pacing import Every
 
@@ -55,7 +55,7 @@ class BackgroundPanel:
         self.abort = self._button(gui, Stage.LEARNING, "Stop learning")
         self.discard = self._button(gui, Stage.PREVIEW, "Discard", viser.Icon.TRASH)
         self.keep = self._button(gui, Stage.PREVIEW, "Keep", viser.Icon.CHECK, "blue")
-        self.forget_all = self._button(gui, Stage.ASK_FORGET, "Forget all of it", None, "red")
+        self.forget_all = self._button(gui, Stage.ASK_FORGET, "Forget all of it", None, DANGER)
         self.spare = self._button(gui, Stage.ASK_FORGET, "Cancel")
 
         @self.begin.on_click
@@ -129,7 +129,7 @@ def background_words(stage: Stage, view: BackgroundView) -> str:
         case Stage.LEARNING:
             return f"Learning, {view.left:.1f} s to go. Stay out of the cell and move nothing."
         case Stage.PREVIEW:
-            return f"{found} cells found, drawn in the scene. Is any of them a person? Then discard"
+            return f"{found} cells found, drawn in the scene. Discard them if any is of a person."
         case Stage.ASK_FORGET:
             return f"Forget all {known} known cells? What is there is then an obstacle again."
     if known:
