@@ -6,10 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.brain import Brain
 from app.config import Params
-from app.messages import JointState, Verdict
-from app.pipeline import Pipeline
+from app.messages import JointState, Mode, Verdict
+from app.plant.plant import listen
 from app.sensing.replay import Replay, read_recording
+from app.tick import ArmReport, Inputs
 
 DATA = Path(os.environ.get("FLINCH_DATA", Path(__file__).parents[2] / "shared" / "data")) / "tof"
 LOGS = sorted(DATA.glob("*/*/state_ToF.csv"))
@@ -23,16 +25,19 @@ needs_data = pytest.mark.skipif(
 
 @needs_data
 @pytest.mark.parametrize("log", LOGS, ids=lambda p: p.parent.name)
-def test_every_log_runs_through_replay_and_pipeline(log, robot, skin):
+def test_every_log_runs_through_replay_and_brain(log, robot, skin):
     recording = read_recording(log)
-    replay, pipeline = Replay(recording, skin, 15), Pipeline(robot, skin)
-    params = Params(memory=True)
+    replay = Replay(recording, skin, 15)
+    brain = Brain(robot, skin, params=Params(memory=True, silence=2.0), begin=Mode.HOLDING)
     posture = robot.posture(robot.home)
     still, seen = np.zeros(robot.n), 0
     for i in range(int(30.0 * min(recording.stamp[-1], 30.0))):
         now = i / 30.0
         joints = JointState(now, robot.home, still)
-        out = pipeline.tick(replay.poll(now, posture), joints, None, params, 1 / 30.0)
+        frames, said = listen(replay, now, posture, 5.0)
+        x = Inputs(i, now, 1 / 30.0, 0.0, joints, still, ArmReport(), frames, said)
+        out = brain.tick(x)
+        assert not out.trace
         assert np.isfinite(out.command.qd).all()
         kept = out.cloud.verdict == Verdict.KEPT
         assert np.isfinite(out.cloud.points[kept]).all()

@@ -17,7 +17,7 @@ def kernels():
 
 ROOMS = ("app.perception", "app.control", "app.robot")
 engine = build_engine(Setup(scene="cell", rate=250.0), ManualClock())
-rehearse(engine.robot, engine.skin, engine.cell, engine.params)
+rehearse(engine.robot, engine.skin, engine.cell, engine.brain.params)
 before = kernels()
 for _ in range(250):
     engine.step()

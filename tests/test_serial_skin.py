@@ -142,7 +142,7 @@ def test_bit_errors_of_1e_4_cost_frames_but_no_wrong_one_gets_through(cell):
     points = s.cloud.points[:640]
     depth = np.linalg.norm(points - np.roll(points, 64, axis=0), axis=1)
     assert np.isfinite(depth).any()
-    kept = cell.engine._health._distance[:10]
+    kept = cell.engine.brain._guard.health._distance[:10]
     assert np.isin(np.round(kept, 6), [1.0, 1.001]).all()
 
 
@@ -169,23 +169,25 @@ def test_a_board_that_was_reset_goes_on_and_is_told_of(cell):
 
 def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
     """The arm turns; a frame that comes 80 ms late is a point of where the arm was."""
-    from app.pipeline import Pipeline
-
+    from app.brain import Brain
     from app.config import Params
+    from app.plant.plant import listen
+    from app.tick import ArmReport, Inputs
 
     port = HandPort(format_name="binary")
     source = SerialSkin(skin, [port], [PortSpec(port.name)])
-    pipeline = Pipeline(robot, skin)
+    brain = Brain(robot, skin, params=Params(ghost_filter=False))
     qd = np.array([0.5, 0, 0, 0, 0, 0])
-    params, late = Params(ghost_filter=False), 0.08
+    late, still = 0.08, np.zeros(6)
     for i in range(500):
         now = i * 0.004
         joints = JointState(now, robot.home + qd * now, qd)
         if i % 20 == 0:  # early ones show the shortest way, then one is late
             t = now if i < 400 else now - late
             port.say(raw(15, i // 20, round(t * 1e6), 600), now)
-        frames = source.poll(now, robot.posture(joints.q))
-        cloud = pipeline.tick(frames, joints, None, params, 0.004).cloud
+        frames, said = listen(source, now, robot.posture(joints.q), 0.5)
+        x = Inputs(i, now, 0.004, 0.0, joints, still, ArmReport(), frames, said)
+        cloud = brain.tick(x).cloud
         if i == 440:
             break
     then = robot.posture(robot.home + qd * (now - late)).T_base_link[skin.link[15]]
@@ -302,7 +304,7 @@ def test_a_stall_of_this_machine_is_not_taken_for_a_silence_of_the_ports(cell):
 
 def test_closing_the_engine_gives_the_ports_back(cell):
     cell.run(0.1)
-    cell.engine.stop()
+    cell.engine.close()
     assert all(p.closed for p in cell.ports)
 
 
@@ -347,7 +349,7 @@ def test_a_lost_port_is_no_fault_once_all_of_its_sensors_are_simulated(robot, sk
 
 
 def test_a_skin_that_is_not_mixed_refuses_the_switch(cell):
-    assert "start with a mixed skin" in cell.run(0.02, UseSensor("ring1-01", True)).notice.words
+    assert "sensors cannot be switched" in cell.run(0.02, UseSensor("ring1-01", True)).notice.words
 
 
 # --- the words after serial: --------------------------------------------------------------

@@ -110,5 +110,5 @@ def test_stop_brakes_the_real_arm_and_run_moves_it_on(ur, patient, engine):
 
 def test_ending_the_engine_ends_the_program(ur, patient, engine):
     go(engine, 0.4)
-    engine.stop()
+    engine.close()
     assert ur.get("joints_still") and not ur.get("playing")

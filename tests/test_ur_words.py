@@ -109,7 +109,9 @@ def refused(capsys, *args):
 
 def test_a_pipe_cannot_say_yes(capsys, monkeypatch):
     monkeypatch.setattr("sys.stdin", io.StringIO("192.0.2.7\n"))
-    assert "terminal" in refused(capsys, "run", "--driver", "ur:192.0.2.7", "--arm")
+    assert "terminal" in refused(
+        capsys, "run", "--driver", "ur:192.0.2.7", "--arm", "--cell", "table"
+    )
 
 
 def test_a_real_arm_refuses_to_be_run_faster_than_time(capsys):
@@ -126,4 +128,4 @@ def test_a_real_arm_is_given_no_posture_to_begin_in(capsys):
 def test_an_unknown_driver_is_one_line(capsys):
     for wrong in ("kuka:1", "ur", "ur:", "ur:host:30004", "simulated:3"):
         assert "'ur:HOST'" in refused(capsys, "run", "--no-open", "--port", "0", "--driver", wrong)
-    assert "--driver" in refused(capsys, "run", "--headless", "--arm")
+    assert "--driver" in refused(capsys, "run", "--headless", "--arm", "--cell", "table")
