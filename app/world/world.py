@@ -91,7 +91,7 @@ class World:
         self._t = t
         poses = np.array([b.motion.pose(t) for b in self._bodies.values()])
         self._T = freeze(poses.reshape(-1, 4, 4))
-        self._centres = np.einsum("nij,nj->ni", self._T, self._centres_body)[:, :3]
+        self._centres = np.einsum("nij,nj->ni", self._T[:, :3], self._centres_body)
 
     # --- looking at it --------------------------------------------------------------------
 
