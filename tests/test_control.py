@@ -20,7 +20,7 @@ FREE = np.full(6, 100.0)
 
 
 def pairs_at(link, point, normal, distance):
-    on_robot = np.asarray(point, dtype=float)
+    on_robot = np.array(point, dtype=float)
     n = np.asarray(normal, dtype=float) / np.linalg.norm(normal)
     return Pairs(
         np.array([link]), np.array([distance]), on_robot[None], (on_robot - distance * n)[None],

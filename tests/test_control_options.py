@@ -26,7 +26,7 @@ def bounds(robot):
 
 def ahead(posture, wall):
     """The tool's origin and a wall at x = `wall` [m]."""
-    on = posture.T_base_tool[None, :3, 3]
+    on = posture.T_base_tool[None, :3, 3].copy()
     d = np.array([wall - on[0, 0]])
     n = np.array([[-1.0, 0.0, 0.0]])
     return Pairs(np.array([6]), d, on, on - d[:, None] * n, n, np.zeros(1, dtype=np.intp), 0)

@@ -128,7 +128,7 @@ def test_the_answer_does_not_depend_on_order_or_on_what_was_asked_before(robot, 
     posture = robot.posture(rng.uniform(-3, 3, robot.n))
     points = rng.uniform(-1, 1, (n, 3))
     search.reset()
-    fresh = search.update(cloud_of(points[::-1]), posture)
+    fresh = search.update(cloud_of(points[::-1].copy()), posture)
     search.update(cloud_of(rng.uniform(-1, 1, (n, 3))), posture)
     assert np.array_equal(search.update(cloud_of(points), posture).distance, fresh.distance)
 
@@ -164,4 +164,4 @@ def test_distance_tables_are_made_once_for_the_same_meshes_and_cannot_be_written
     again = [BodyMesh(b.vertices.copy(), b.faces.copy()) for b in robot.bodies]
     assert surveyed(again)[1] is field
     assert not any(array.flags.writeable for array in (*forest, field))
-    assert surveyed(robot.bodies[1:])[1].shape == (len(robot.bodies) - 1, field.shape[1])
+    assert surveyed(robot.bodies[1:])[1].shape == (len(robot.bodies) - 1, *field.shape[1:])

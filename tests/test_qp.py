@@ -39,7 +39,7 @@ def control(whole_body):
 
 def pairs_of(links, points, normals, distances):
     n = np.asarray(normals, float).reshape(-1, 3)
-    d, on = np.asarray(distances, float), np.asarray(points, float).reshape(-1, 3)
+    d, on = np.asarray(distances, float), np.array(points, float).reshape(-1, 3)
     slot = np.arange(len(d))
     closest = int(np.argmin(d)) if len(d) else -1
     return Pairs(np.asarray(links, np.intp), d, on, on - d[:, None] * n, n, slot, closest)

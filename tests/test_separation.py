@@ -32,7 +32,7 @@ def test_the_allowed_speed_is_the_one_whose_protective_distance_is_there():
 
 def test_as_a_bound_it_limits_the_approach_and_never_demands_a_retreat(robot):
     posture = robot.posture(robot.home)
-    tool = posture.T_base_tool[:3, 3]
+    tool = posture.T_base_tool[:3, 3].copy()
     n, bounds = np.array([[-1.0, 0.0, 0.0]]), Bounds(robot)
 
     def low(distance, **settings):
@@ -77,7 +77,11 @@ def test_a_measured_person_is_believed_with_a_margin_and_never_taken_for_faster_
 def test_the_ring_is_of_the_nearest_pair_at_the_speed_that_is_measured(robot):
     control, params = WholeBody(robot), Params(mode="ssm")
     posture = robot.posture(robot.home)
-    d, n, on = np.array([0.8]), np.array([[-1.0, 0.0, 0.0]]), posture.T_base_tool[None, :3, 3]
+    d, n, on = (
+        np.array([0.8]),
+        np.array([[-1.0, 0.0, 0.0]]),
+        posture.T_base_tool[None, :3, 3].copy(),
+    )
     pairs = Pairs(np.array([6]), d, on, on - d * n, n, np.zeros(1, dtype=int), 0)
     goal = Goal(posture.T_base_tool)
 

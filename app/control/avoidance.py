@@ -40,7 +40,6 @@ class Avoidance:
     def __init__(self, robot: Robot, rows: Literal["closest", "links"] = "closest") -> None:
         self._robot, self._rows = robot, rows
         self._rest = Task(np.eye(robot.n), np.zeros(robot.n), np.ones(robot.n))
-        solve([self._rest], robot.qd_max, Regularisation())  # compiles now, not while moving
         self.reset()
 
     def reset(self, previous: Array | None = None) -> None:

@@ -44,7 +44,6 @@ class WholeBody:
         self.bounds = Bounds(robot, cell)
         self._steady = SteadyRows()
         self.reset()
-        self._warm_up()
 
     def reset(self, previous: Array | None = None) -> None:
         """Start again from rest, or from the command `previous` (n,) that is in force."""
@@ -105,18 +104,6 @@ class WholeBody:
             protective=protective,
             reason="slow: too close on more sides than it can leave" if relaxed else "",
         )
-
-    def _warm_up(self) -> None:
-        """Compile what is compiled on first use now, not while the arm moves."""
-        robot = self._robot
-        posture = robot.posture(robot.home)
-        link = np.array([len(robot.links) - 1])
-        on = posture.T_base_tool[None, :3, 3]
-        n = np.array([[1.0, 0.0, 0.0]])
-        pairs = Pairs(link, np.array([0.4]), on, on - 0.4 * n, n, np.zeros(1, dtype=np.intp), 0)
-        rest = JointState(0.0, robot.home, np.zeros(robot.n))
-        self.update(posture, rest, pairs, Goal(posture.T_base_tool), Params(), 0.01)
-        self.reset()
 
     def brake(self, joints: JointState, dt: float) -> Command:
         """As fast to rest as the acceleration limits allow."""

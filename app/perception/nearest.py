@@ -4,15 +4,18 @@ float64 throughout but for the boxes, which are float32 and a little too large, 
 never hide a face.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array
-from app.perception.tree import Forest
+from app.perception.tree import LEAF, WIDE, Forest
 
-DEPTH = 64  # of the traversal stack; the trees are balanced, 2^64 faces do not exist
-SHRINK = 1.0 - 1e-6  # of squared box distances: float32 axes are not quite of unit length
+ROOM = 256  # nodes ahead of a search: eight a level, and 8^32 faces do not exist
+TINY = 1e-12  # [m^2]
+SHRINK = 1.0 - 2e-6  # of squared distances to boxes: float32 rounds these and the boxes' axes
 
 
 @compiled
@@ -38,56 +41,127 @@ def box_distance2(p: Array, low: Array, high: Array, link: int) -> float:
     return total
 
 
-@compiled
-def _bound2(p: Array, box: NDArray[np.float32], node: int) -> float:
-    """Lower bound of the squared distance from p to the faces below a node."""
-    total = 0.0
-    for a in range(3):
-        along = box[node, 3 * a] * p[0] + box[node, 3 * a + 1] * p[1] + box[node, 3 * a + 2] * p[2]
-        beyond = abs(along - box[node, 9 + a]) - box[node, 12 + a]
-        if beyond > 0.0:
-            total += beyond * beyond
-    return total * SHRINK
+class Batch(NamedTuple):
+    """B points that are asked for together, and what is found.
 
-
-@compiled
-def nearest_face(
-    p: Array, limit: float, link: int, forest: Forest, out: Array
-) -> tuple[float, int, int]:
-    """Squared distance, face and part nearest to p; face -1 when none is nearer than `limit`
-    (squared). Writes the point into out. Nodes are visited near to far, farther ones dropped.
+    p: (B, 3) link frame.   square: (B,) the limit before, the squared distance after.
+    foot: (B, 3) nearest point of the link.   face, part: (B,) it lies on, face -1 for none.
     """
-    stack = np.empty(DEPTH, dtype=np.int64)
-    bounds = np.empty(DEPTH)
-    q = np.empty(3)
-    best, best_face, best_part = limit, -1, 0
-    stack[0], bounds[0] = forest.root[link], 0.0
-    top = 1
-    while top > 0:
-        top -= 1
-        node = stack[top]
-        if bounds[top] >= best:
-            continue
-        child, faces = forest.child[node], forest.faces[node]
-        if faces > 0:
-            for f in range(child, child + faces):
-                part = _on_triangle(p, forest.corners[f], q)
-                d2 = (p[0] - q[0]) ** 2 + (p[1] - q[1]) ** 2 + (p[2] - q[2]) ** 2
-                if d2 < best:
-                    best, best_face, best_part = d2, f, part
-                    out[:] = q
-            continue
-        a, b = child, child + 1
-        da, db = _bound2(p, forest.box, a), _bound2(p, forest.box, b)
-        if da > db:
-            a, b, da, db = b, a, db, da
-        if db < best:
-            stack[top], bounds[top] = b, db
-            top += 1
-        if da < best:
-            stack[top], bounds[top] = a, da
-            top += 1
-    return best, best_face, best_part
+
+    p: Array
+    square: Array
+    foot: Array
+    face: NDArray[np.int64]
+    part: NDArray[np.int64]
+
+
+@compiled
+def batch(size: int) -> Batch:
+    """Room for that many points."""
+    return Batch(
+        np.empty((size, 3)), np.empty(size), np.empty((size, 3)),
+        np.empty(size, dtype=np.int64), np.empty(size, dtype=np.int64),
+    )  # fmt: skip
+
+
+@compiled
+def nearest_faces(asked: Batch, link: int, forest: Forest) -> None:
+    """Find the face nearest to each point, none where it is not within the point's limit.
+
+    No point is farther than any foot that was found for one before it: neighbours help.
+    """
+    node, ahead = np.empty(ROOM, dtype=np.int64), np.empty(ROOM)
+    boxes, faces = np.empty(WIDE, dtype=np.float32), np.empty(LEAF)
+    for i in range(len(asked.p)):
+        p, best, face, top = asked.p[i], _limit(asked, i), -1, 1
+        node[0], ahead[0] = forest.root[link], 0.0
+        while top > 0:  # the nearest node is on top; those farther than the best are dropped
+            top -= 1
+            here = node[top]
+            if ahead[top] >= best:
+                continue
+            if here < 0:
+                _faces(p, forest.leaf[-1 - here], faces)
+                for c in range(LEAF):
+                    if faces[c] < best:
+                        best, face = faces[c], LEAF * (-1 - here) + c
+                continue
+            _boxes(p, forest.box[here], boxes)
+            low = top
+            for c in range(WIDE):
+                least = boxes[c] * SHRINK
+                if least < best:
+                    at = top
+                    while at > low and ahead[at - 1] < least:
+                        node[at], ahead[at] = node[at - 1], ahead[at - 1]
+                        at -= 1
+                    node[at], ahead[at] = forest.child[here, c], least
+                    top += 1
+        asked.face[i], foot = face, asked.foot[i]
+        foot[0], foot[1], foot[2] = np.inf, np.inf, np.inf
+        if face >= 0:
+            asked.part[i] = _on_triangle(p, forest.corners[face], foot)
+            best = (p[0] - foot[0]) ** 2 + (p[1] - foot[1]) ** 2 + (p[2] - foot[2]) ** 2
+        asked.square[i] = best
+
+
+@compiled
+def _limit(asked: Batch, i: int) -> float:
+    """The limit of point i, and what the feet of those before it allow, rounded up."""
+    limit, p = asked.square[i], asked.p[i]
+    for j in range(i):
+        square = 0.0
+        for a in range(3):
+            square += (p[a] - asked.foot[j, a]) ** 2
+        limit = min(limit, square * 1.0001 + TINY)
+    return limit
+
+
+# Below, the loops ask for their length although it is always the same: one that the compiler knows
+# would be written out instead of becoming vector instructions.
+
+
+@compiled
+def _boxes(p: Array, box: NDArray[np.float32], least: NDArray[np.float32]) -> None:
+    """Write the squared distances (8,) from p to boxes (15, 8); see `SHRINK`."""
+    x, y, z = p[0], p[1], p[2]
+    for c in range(box.shape[1]):
+        a = abs(box[0, c] * x + box[1, c] * y + box[2, c] * z - box[9, c]) - box[12, c]
+        b = abs(box[3, c] * x + box[4, c] * y + box[5, c] * z - box[10, c]) - box[13, c]
+        d = abs(box[6, c] * x + box[7, c] * y + box[8, c] * z - box[11, c]) - box[14, c]
+        a, b, d = max(a, 0.0), max(b, 0.0), max(d, 0.0)
+        least[c] = a * a + b * b + d * d
+
+
+@compiled
+def _faces(p: Array, leaf: Array, square: Array) -> None:
+    """Write the squared distances (4,) from p to the faces of a leaf (13, 4), see `Forest`.
+
+    The least over the three edges, and over the plane where p's foot lies within the face.
+    """
+    for c in range(leaf.shape[1]):
+        px, py, pz = p[0] - leaf[0, c], p[1] - leaf[1, c], p[2] - leaf[2, c]
+        ux, uy, uz = leaf[3, c], leaf[4, c], leaf[5, c]  # ab
+        vx, vy, vz = leaf[6, c], leaf[7, c], leaf[8, c]  # ac
+        wx, wy, wz = vx - ux, vy - uy, vz - uz  # bc
+        qx, qy, qz = px - ux, py - uy, pz - uz  # p from b
+        up, vp = ux * px + uy * py + uz * pz, vx * px + vy * py + vz * pz
+        t = min(max(up * leaf[9, c], 0.0), 1.0)
+        x, y, z = px - t * ux, py - t * uy, pz - t * uz
+        best = x * x + y * y + z * z
+        t = min(max(vp * leaf[10, c], 0.0), 1.0)
+        x, y, z = px - t * vx, py - t * vy, pz - t * vz
+        best = min(best, x * x + y * y + z * z)
+        t = min(max((wx * qx + wy * qy + wz * qz) * leaf[11, c], 0.0), 1.0)
+        x, y, z = qx - t * wx, qy - t * wy, qz - t * wz
+        best = min(best, x * x + y * y + z * z)
+        uu, vv, uv = (
+            ux * ux + uy * uy + uz * uz, vx * vx + vy * vy + vz * vz, ux * vx + uy * vy + uz * vz,
+        )  # fmt: skip
+        s, t = (vv * up - uv * vp) * leaf[12, c], (uu * vp - uv * up) * leaf[12, c]
+        x, y, z = px - s * ux - t * vx, py - s * uy - t * vy, pz - s * uz - t * vz
+        flat = min(best, x * x + y * y + z * z)
+        square[c] = flat if min(min(s, t), 1.0 - s - t) >= 0.0 else best
 
 
 @compiled

@@ -8,98 +8,74 @@ search the same cloud, so that nothing but the control point differs.
 import numpy as np
 from numpy.typing import NDArray
 
-from app.compiled import compiled
 from app.messages import Array, Cloud, Pairs, Verdict, freeze
 from app.perception.field import surveyed
+from app.perception.look import Found, Links, held_of_links, measure_rows
 from app.perception.search import nearest_of_links, nearest_of_origins
-from app.perception.spread import held_of_links, several_of_links
+from app.perception.spread import several_of_links
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 PAIRS = 4  # rows a link of `several`
 RENEW = 0.007  # [s] between two choices of them: every second tick at 250 Hz
-TOUCHING = 1e-6  # [m] below this the direction of retreat comes from the surface's normal
 
 
 class BodyPairs:
     """Closest pair of every link, by exact signed distance to its body mesh."""
 
     def __init__(self, robot: Robot) -> None:
-        self._forest, self._field = surveyed(robot.bodies)
-        self._links = np.arange(len(robot.links))
+        self._link = freeze(np.arange(len(robot.links)))
+        self._links = freeze(np.repeat(self._link, PAIRS))
         # (L,) the base is measured, never acted on
         self.moves = np.asarray(robot.supports.any(axis=1))
+        self._known = Links(*surveyed(robot.bodies), self.moves)
         self.reset()
 
     def reset(self) -> None:
         """Forget which points were nearest (it only makes the next search faster)."""
-        # read-only as those of later ticks are: another kind of array is another compiled kernel
-        self._hint = freeze(np.full(len(self._links), -1, dtype=np.int64))
+        self._hint = np.full(len(self._link), -1, dtype=np.int64)
 
     def update(self, cloud: Cloud, posture: Posture) -> Pairs:
         """One row a link."""
         return self.search(cloud.points, cloud.verdict == Verdict.KEPT, posture)
 
-    def search(self, points: Array, use: np.ndarray, posture: Posture) -> Pairs:
+    def search(self, points: Array, use: NDArray[np.bool_], posture: Posture) -> Pairs:
         """The same for any points (n, 3), base frame; `use` (n,) bool. NaN rows are skipped."""
-        pairs = self._search(points, use, posture, self._hint, False)
-        self._hint = pairs.slot
-        return pairs
+        out = _room(len(self._link))
+        T = posture.T_base_link
+        closest = nearest_of_links(points, use, T, self._hint, self._known, out)
+        self._hint = out.row
+        return _pairs(self._link, out, closest)
 
-    def measure(self, points: Array, use: np.ndarray, posture: Posture, row: np.ndarray) -> Pairs:
-        """The pair of every link with its own `row` (L,) of the points; -1 for none."""
-        return self._search(points, use, posture, row, True)
-
-    def _search(
-        self, points: Array, use: np.ndarray, posture: Posture, hint: np.ndarray, only: bool
+    def measure(
+        self, points: Array, use: NDArray[np.bool_], posture: Posture, row: NDArray[np.intp]
     ) -> Pairs:
-        L = len(self._links)
-        distance, row = np.empty(L), np.empty(L, dtype=np.int64)
-        on_robot, outward = np.full((2, L, 3), np.nan)
-        nearest_of_links(
-            points, use, posture.T_base_link, hint, only, self._forest, self._field,
-            distance, row, on_robot, outward,
-        )  # fmt: skip
-        return _pairs(self._links, points, distance, row, on_robot, -outward, self.moves)
+        """The pair of every link with its own `row` (L,) of the points; -1 for none."""
+        out = _room(len(self._link), row)
+        closest = measure_rows(points, use, posture.T_base_link, self._known, out)
+        return _pairs(self._link, out, closest)
 
     def several(
-        self, points: Array, use: np.ndarray, posture: Posture, closest: Pairs, reach: float
+        self, points: Array, use: NDArray[np.bool_], posture: Posture, nearest: Pairs, reach: float
     ) -> Pairs:
         """Up to four well-separated pairs of every link, row 4 * link + i from near to far.
 
-        closest: what `search` answered for the same points.   reach: [m], farther pairs are
-        left out, but for the closest of each link.
+        nearest: what `search` answered for the same points.   reach: [m], farther pairs are
+        left out, but for the nearest of each link.
         """
-        L = len(self._links)
-        distance, row = np.empty((L, PAIRS)), np.empty((L, PAIRS), dtype=np.int64)
-        on_robot, outward = np.full((2, L, PAIRS, 3), np.nan)
-        several_of_links(
-            points, use, closest.slot, reach, posture.T_base_link, self._forest,
-            distance, row, on_robot, outward,
-        )  # fmt: skip
-        return self._many(points, distance, row, on_robot, outward)
+        out, T = _room(len(self._links)), posture.T_base_link
+        closest = several_of_links(points, use, T, _found(nearest), reach, self._known, out)
+        return _pairs(self._links, out, closest)
 
     def held(
-        self, points: Array, use: np.ndarray, posture: Posture, closest: Pairs, slot: np.ndarray
-    ) -> Pairs:
+        self, points: Array, use: NDArray[np.bool_], posture: Posture, nearest: Pairs,
+        slot: NDArray[np.intp],
+    ) -> Pairs:  # fmt: skip
         """The pairs of an earlier `several`, whose `slot` (4 L,) it was, as they are now."""
-        L = len(self._links)
-        distance, row = np.empty((L, PAIRS)), slot.reshape(L, PAIRS).copy()
-        on_robot, outward = np.full((2, L, PAIRS, 3), np.nan)
-        held_of_links(
-            points, use, closest.slot, posture.T_base_link, self._forest,
-            distance, row, on_robot, outward,
-        )  # fmt: skip
-        return self._many(points, distance, row, on_robot, outward)
-
-    def _many(
-        self, points: Array, distance: Array, row: np.ndarray, on_robot: Array, outward: Array
-    ) -> Pairs:
-        return _pairs(
-            np.repeat(self._links, PAIRS), points, distance.ravel(), row.ravel(),
-            on_robot.reshape(-1, 3), -outward.reshape(-1, 3), np.repeat(self.moves, PAIRS),
-        )  # fmt: skip
+        out, T = _room(len(self._links), slot), posture.T_base_link
+        closest = held_of_links(points, use, T, _found(nearest), self._known, out)
+        return _pairs(self._links, out, closest)
 
 
 class ManyPairs:
@@ -183,64 +159,36 @@ class MountPairs:
         """One row a sensor."""
         return self.search(cloud.points, cloud.verdict == Verdict.KEPT, posture)
 
-    def search(self, points: Array, use: np.ndarray, posture: Posture) -> Pairs:
+    def search(self, points: Array, use: NDArray[np.bool_], posture: Posture) -> Pairs:
         """The same for any points (n, 3), base frame; `use` (n,) bool."""
         skin = self._skin
         T = posture.T_base_link[skin.link]
         lens = np.einsum("kij,kj->ki", T[:, :3, :3], skin.origin) + T[:, :3, 3]
         retreat = -np.einsum("kij,kj->ki", T[:, :3, :3], skin.axis)
-        distance, row = np.empty(skin.count), np.empty(skin.count, dtype=np.int64)
-        nearest_of_origins(points, use, lens, distance, row)
-        everyone = np.ones(skin.count, dtype=bool)
-        return _pairs(skin.link, points, distance, row, lens, retreat, everyone)
+        out = _room(skin.count)
+        return _pairs(skin.link, out, nearest_of_origins(points, use, lens, retreat, out))
 
 
-def _closest(distance: Array, moves: np.ndarray) -> int:
+def _closest(distance: Array, moves: NDArray[np.bool_]) -> int:
     """Row of the smallest distance of what can move, -1 if it has no pair."""
     row = int(np.argmin(np.where(moves, distance, np.inf)))
     return row if moves[row] and np.isfinite(distance[row]) else -1
 
 
-def _pairs(
-    link: np.ndarray,
-    points: Array,
-    distance: Array,
-    row: np.ndarray,
-    on_robot: Array,
-    fallback: Array,
-    moves: np.ndarray,
-) -> Pairs:
-    """Assemble rows; `fallback` (B, 3) is the retreat direction where the points touch."""
-    on_world, normal = np.empty((len(row), 3)), np.empty((len(row), 3))
-    _retreat(points, distance, row, on_robot, fallback, on_world, normal)
+def _room(rows: int, row: NDArray[np.intp] | None = None) -> Found:
+    """For as many pairs, with a point for each where the question names them."""
+    on_robot, on_world, normal = np.empty((3, rows, 3))
+    asked = np.empty(rows, dtype=np.int64) if row is None else row.copy()
+    return Found(np.empty(rows), asked, on_robot, on_world, normal)
+
+
+def _found(pairs: Pairs) -> Found:
+    return Found(pairs.distance, pairs.slot, pairs.on_robot, pairs.on_world, pairs.normal)
+
+
+def _pairs(link: NDArray[np.intp], found: Found, closest: int) -> Pairs:
+    for array in found:
+        array.flags.writeable = False
     return Pairs(
-        link=link,
-        distance=freeze(distance),
-        on_robot=freeze(on_robot),
-        on_world=freeze(on_world),
-        normal=freeze(normal),
-        slot=freeze(row),
-        closest=_closest(distance, moves),
-    )
-
-
-@compiled
-def _retreat(
-    points: Array,
-    distance: Array,
-    row: np.ndarray,
-    on_robot: Array,
-    fallback: Array,
-    on_world: Array,
-    normal: Array,
-) -> None:
-    for b in range(len(row)):
-        for i in range(3):
-            if row[b] < 0:
-                on_world[b, i] = normal[b, i] = np.nan
-                continue
-            on_world[b, i] = points[row[b], i]
-            if abs(distance[b]) < TOUCHING:
-                normal[b, i] = fallback[b, i]
-            else:
-                normal[b, i] = (on_robot[b, i] - on_world[b, i]) / distance[b]
+        link, found.distance, found.on_robot, found.on_world, found.normal, found.row, closest
+    )  # fmt: skip

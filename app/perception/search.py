@@ -1,7 +1,7 @@
 """The compiled search of the paper's Algorithm 2: the nearest point of each link, exactly.
 
-First every point gets bounds of its distance, from a sphere, a box and a coarse table. The
-smallest upper bound dismisses nearly all of them; the tree is asked for the few that are
+The point that was nearest last time is looked at first. Its distance dismisses nearly all
+others, by a box around the link and a coarse table; the tree is asked for the few that are
 left, the most promising first. float64.
 """
 
@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array
-from app.perception.field import bounds
-from app.perception.nearest import box_distance2, nearest_face, to_link
-from app.perception.tree import Forest
+from app.perception.field import least_square
+from app.perception.gathered import Gathered, box_squares, gather
+from app.perception.look import TOUCHING, Found, Links, closest, copy, erase, look, room
+from app.perception.nearest import to_link
 
 
 @compiled
@@ -21,117 +22,89 @@ def nearest_of_links(
     use: NDArray[np.bool_],
     T_base_link: Array,
     hint: NDArray[np.int64],
-    hinted_only: bool,
-    forest: Forest,
-    field: NDArray[np.float32],
-    distance: Array,
-    row: NDArray[np.int64],
-    on_link: Array,
-    outward: Array,
-) -> None:
-    """Signed nearest distance of every link to the used `points` (n, 3), base frame.
+    links: Links,
+    out: Found,
+) -> int:
+    """Write the pair of every link with the nearest of the used points (n, 3), base frame.
 
-    hint: (L,) row that was nearest last time, bounded first; -1 for none. `hinted_only` looks
-    at no other. field: of `app.perception.field`.
-    Writes distance (L,) (+inf without a point), row (L,) (-1), on_link (L, 3) base frame and
-    outward (L, 3), the body's outward pseudonormal there, base frame. Points with NaN are
-    passed over.
+    hint: (L,) row that was nearest last time, -1 for none. Points with NaN are passed over.
+    Returns the link of the closest pair of what moves, -1 if there is none.
     """
-    n = len(points)
-    p, found, best_point, centre = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    at, least, most = np.empty((n + 2, 3)), np.empty(n + 2), np.empty(n + 2)
-    which = np.empty(n + 2, dtype=np.int64)
-    for link in range(len(forest.root)):
-        T = T_base_link[link]
-        # a sphere around the link's box, base frame, dismisses most points before they are moved
-        radius = 0.0
-        for a in range(3):
-            p[a] = 0.5 * (forest.low[link, a] + forest.high[link, a])
-            radius += (forest.high[link, a] - p[a]) ** 2
-        radius = np.sqrt(radius)
-        for a in range(3):
-            centre[a] = T[a, 0] * p[0] + T[a, 1] * p[1] + T[a, 2] * p[2] + T[a, 3]
-        ceiling = np.inf  # some point is no farther than this
-        left = 0
-        first = -1
-        # the hinted row comes first, and the one that the link before this one has found
-        for step in range(-2, 0 if hinted_only else n):
-            i = step
-            if step == -2:
-                i = hint[link]
-            elif step == -1:
-                i = row[link - 1] if link > 0 and not hinted_only else -1
-            if i < 0 or i >= n or not use[i]:
-                continue
-            far = radius + max(ceiling, 0.0)
-            x, y, z = points[i, 0] - centre[0], points[i, 1] - centre[1], points[i, 2] - centre[2]
-            if x * x + y * y + z * z > far * far:
-                continue
-            to_link(T, points[i], p)
-            outside = np.sqrt(box_distance2(p, forest.low, forest.high, link))
-            if not (outside <= max(ceiling, 0.0)):
-                continue  # NaN among others
-            low, high = bounds(p, link, forest, field)
-            if outside > 0.0:
-                low = max(low, outside)
-            if low > ceiling:
-                continue
-            ceiling = min(ceiling, high)
-            at[left], least[left], most[left], which[left] = p, low, high, i
-            if first < 0 or low < least[first]:
-                first = left
-            left += 1
-        best, best_row, best_face, best_part = np.inf, -1, -1, 0
-        for step in range(-1, left):
-            c = first if step < 0 else step
-            if c < 0 or (step == first) or not (least[c] < best and least[c] <= ceiling):
-                continue
-            # from outside only a surface nearer than the best matters; inside the deepest wins
-            limit = most[c] if most[c] == np.inf else max(abs(least[c]), abs(most[c]))
-            if least[c] > 0.0 or not forest.closed[link]:
-                limit = min(limit, best)
-            limit = limit * limit if limit == np.inf else limit * limit * 1.0000001 + 1e-18
-            d2, face, part = nearest_face(at[c], limit, link, forest, found)
-            if face < 0:
-                continue
-            d = np.sqrt(d2)
-            if least[c] <= 0.0 and forest.closed[link]:
-                side = 0.0
-                for a in range(3):
-                    side += (at[c, a] - found[a]) * forest.normals[face, part, a]
-                if side < 0.0:
-                    d = -d
-            if d < best:
-                best, best_row, best_face, best_part = d, which[c], face, part
-                best_point[:] = found
-        distance[link], row[link] = best, best_row
-        if best_row >= 0:
-            v = forest.normals[best_face, best_part]
-            length = np.sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2])
-            for a in range(3):
-                on_link[link, a] = T[a, 3]
-                outward[link, a] = 0.0
-                for i in range(3):
-                    on_link[link, a] += T[a, i] * best_point[i]
-                    outward[link, a] += T[a, i] * v[i] / length
+    who, other = gather(points, use), room(1)
+    m = len(who.row)
+    square, ahead = np.empty(m), np.empty(m, dtype=np.int64)
+    for link in range(len(links.moves)):
+        T, known = T_base_link[link], 0 <= hint[link] < len(points) and use[hint[link]]
+        out.row[link] = hint[link] if known else -1
+        look(points, T, link, np.inf, links.forest, out, link, link + 1)
+        box_squares(who, T, link, links.forest, square)
+        n, first = _promising(who, T, link, links, out, square, ahead)
+        for j in range(-1, n):
+            i = ahead[first if j < 0 else j]
+            best = max(out.distance[link], 0.0)
+            if n > 0 and j != first and square[i] < best * best:
+                other.row[0] = who.row[i]
+                look(points, T, link, best, links.forest, other, 0, 1)
+                if other.distance[0] < out.distance[link]:
+                    copy(other, 0, out, link)
+    return closest(out, links.moves)
+
+
+@compiled
+def _promising(
+    who: Gathered, T: Array, link: int, links: Links, out: Found, square: Array,
+    ahead: NDArray[np.int64],
+) -> tuple[int, int]:  # fmt: skip
+    """Write to `ahead` which points may be nearer than the link's pair, to `square` a better
+    bound of each; how many, and which of them promises most.
+
+    Any point inside the link's box may lie inside the link, the deeper the nearer: -1.
+    """
+    n, first, p = 0, 0, np.empty(3)
+    limit = max(out.distance[link], 0.0) ** 2
+    for i in range(len(square)):
+        if (square[i] >= limit and square[i] > 0.0) or who.row[i] == out.row[link]:
+            continue
+        if square[i] == 0.0:
+            square[i] = -1.0
+        else:
+            p[0], p[1], p[2] = who.x[i], who.y[i], who.z[i]
+            to_link(T, p, p)
+            square[i] = max(square[i], least_square(p, link, links.forest, links.field))
+        if square[i] < limit:
+            if n == 0 or square[i] < square[ahead[first]]:
+                first = n
+            ahead[n] = i
+            n += 1
+    return n, first
 
 
 @compiled
 def nearest_of_origins(
-    points: Array, use: NDArray[np.bool_], origins: Array, distance: Array, row: NDArray[np.int64]
-) -> None:
-    """Nearest used point of each origin (K, 3): writes distance (K,) (+inf) and row (K,) (-1)."""
+    points: Array, use: NDArray[np.bool_], origins: Array, retreat: Array, out: Found
+) -> int:
+    """Write the pair of each origin (K, 3) with the nearest used point, base frame; the closest.
+
+    retreat: (K, 3) unit direction to lead away to where the point is at the origin itself.
+    """
+    nearest = -1
     for k in range(len(origins)):
-        best = np.inf
-        best_row = -1
+        best, row = np.inf, -1
         for i in range(len(points)):
             if use[i]:
                 x = points[i, 0] - origins[k, 0]
                 y = points[i, 1] - origins[k, 1]
                 z = points[i, 2] - origins[k, 2]
-                d2 = x * x + y * y + z * z
-                if d2 < best:
-                    best = d2
-                    best_row = i
-        distance[k] = np.sqrt(best)
-        row[k] = best_row
+                if x * x + y * y + z * z < best:
+                    best, row = x * x + y * y + z * z, i
+        erase(out, k)
+        if row < 0:
+            continue
+        out.distance[k], out.row[k] = np.sqrt(best), row
+        out.on_robot[k], out.on_world[k], out.normal[k] = origins[k], points[row], retreat[k]
+        if out.distance[k] >= TOUCHING:
+            for a in range(3):
+                out.normal[k, a] = (origins[k, a] - points[row, a]) / out.distance[k]
+        if nearest < 0 or out.distance[k] < out.distance[nearest]:
+            nearest = k
+    return nearest

@@ -235,7 +235,7 @@ def _thresholds(table: RobotTable | None, links: tuple[str, ...], where: Path) -
             if name not in links:
                 raise RobotError(f"{where}: {key}: no body link {name!r}; {options(name, links)}")
         columns.append([eps.get(link, np.nan) for link in links])
-    return np.array(columns).T
+    return np.array(columns).T.copy()
 
 
 def _middle(model: Any) -> Array:
