@@ -115,14 +115,15 @@ class Brain:
         if not (np.isfinite(x.joints.q).all() and np.isfinite(x.joints.qd).all()):
             raise FlinchError("the arm reports a joint value that is not finite")
         self._q = x.joints.q
-        tool = self.robot.posture(x.joints.q).T_base_tool
+        posture = self.robot.posture(x.joints.q)
+        tool = posture.T_base_tool
         if self._guard.listen(x, self.params.frame_age) or self._errand.held is None:
             self._errand.hold(tool)
         engage = self._heed(x, tool)
         p, mind = self.params, self._controllers
         share, moving = self._guard.judge(x, p.silence, p.slow_after)
         seen = self._perception.update(
-            x.frames, x.joints, p, mind.kind(p), mind.wants_ages(p), lap
+            x.frames, x.joints, posture, p, mind.kind(p), mind.wants_ages(p), lap
         )  # fmt: skip
         goal = self._errand.update(self._guard.mode, moving, tool, x.dt)
         if moving:

@@ -142,7 +142,7 @@ def test_bit_errors_of_1e_4_cost_frames_but_no_wrong_one_gets_through(cell):
     points = s.cloud.points[:640]
     depth = np.linalg.norm(points - np.roll(points, 64, axis=0), axis=1)
     assert np.isfinite(depth).any()
-    kept = cell.engine.brain._guard.health._distance[:10]
+    kept = cell.engine.brain._guard.health._figures.distance[:10]
     assert np.isin(np.round(kept, 6), [1.0, 1.001]).all()
 
 

@@ -105,14 +105,17 @@ class Perception:
         self,
         frames: Sequence[SensorFrame],
         joints: JointState,
+        posture: Posture,
         params: Params,
         kind: Kind,
         ages: bool,
         lap: Lap,
     ) -> Percept:
-        """What is believed at `joints.stamp`, with pairs of this kind and maybe their ages."""
+        """What is believed at `joints`, with pairs of this kind and maybe their ages.
+
+        posture: at `joints.q`.
+        """
         self._history.append(joints)
-        posture = self._robot.posture(joints.q)
         lap("kinematics")
         self._take(frames, params)
         cloud = self._cloud.view(joints.stamp, params)
