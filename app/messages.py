@@ -256,10 +256,14 @@ class BodyPose:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Timing:
-    """Where the milliseconds of one tick went [s], by room, and how late it began."""
+    """Where the milliseconds of one tick went [s], by room, and how late it began.
+
+    preferred: does the system run the control thread before all ordinary ones?
+    """
 
     rooms: dict[str, float]
     lateness: float
+    preferred: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -7,6 +7,7 @@ It paces, drains actions and hands on; it decides nothing. What fails outside th
 a fault in the next Inputs, so that the brain stops the arm and says why.
 """
 
+import gc
 import logging
 import queue
 import sys
@@ -24,7 +25,14 @@ from app.messages import GhostState, JointState, Mode, Snapshot, Status, Timing
 from app.plant.plant import Plant, Reading
 from app.rehearsal import rehearse
 from app.tick import ArmReport, Inputs, Outputs, SourceReport, snapshot_of
-from app.timing import Clock, Latest, Stopwatch, Subscription, Ticker
+from app.timing import (
+    Clock,
+    Latest,
+    Stopwatch,
+    Subscription,
+    Ticker,
+    prefer_this_thread,
+)  # fmt: skip
 
 log = logging.getLogger(__name__)
 SWITCH = 1e-3  # [s] the control thread waits no longer for another one; 5 ms is a whole tick
@@ -65,6 +73,7 @@ class Engine:
         self._stamp: float | None = None  # [s] of the last tick
         self._tick = 0
         self._thread: threading.Thread | None = None
+        self._preferred = False  # by the system, before ordinary threads
         self._quit = threading.Event()
 
     def post(self, action: Action) -> None:
@@ -106,7 +115,7 @@ class Engine:
         ghost = self.ghost.step(x, out) if self.ghost else None
         if self.ghost:
             watch.lap("ghost")
-        return self._publish(x, out, Timing(watch.laps, late), ghost)
+        return self._publish(x, out, Timing(watch.laps, late, self._preferred), ghost)
 
     def _drain(self) -> tuple[tuple[Action, ...], str]:
         """What people asked for, in their order, and why the plant did not do the last of it."""
@@ -179,6 +188,8 @@ class Engine:
         sys.setswitchinterval(SWITCH)
         brain = self.brain
         rehearse(brain.robot, brain.skin, brain.cell, brain.params)
+        gc.collect()
+        gc.freeze()  # what lives on is not looked through again while the arm moves
         self._quit.clear()
         self._thread = threading.Thread(target=self._run, name="flinch-control", daemon=True)
         self._thread.start()
@@ -201,6 +212,7 @@ class Engine:
             self.plant.close()
 
     def _run(self) -> None:
+        self._preferred = prefer_this_thread()
         try:
             while not self._quit.is_set():
                 self.step()

@@ -5,6 +5,7 @@ headless run and the tests use it and never sleep. `Ticker` paces a loop and kee
 figures of how late its ticks were. `Latest` is a mailbox of one.
 """
 
+import os
 import threading
 import time
 from collections import deque
@@ -12,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Generic, Protocol, TypeVar
 
 T = TypeVar("T")
+PRIORITY = 10  # of 1 to 99: before every ordinary thread, behind the kernel's own
 
 
 class Clock(Protocol):
@@ -72,6 +74,22 @@ class Ticker:
             self._next = self.clock.now()
         self._next += self.period
         return late
+
+
+def prefer_this_thread() -> bool:
+    """Ask the system to run this thread before all ordinary ones whenever it is ready; is it so?
+
+    A control loop sleeps most of the time, and what it waits for otherwise is not its work but
+    its turn: browsers and simulations share its processors. Linux allows it to root and to whom
+    `ulimit -r` grants a priority; where it does not, ticks are late as often as the machine is
+    busy. What this thread starts is an ordinary one again.
+    """
+    try:
+        policy = os.SCHED_RR | os.SCHED_RESET_ON_FORK
+        os.sched_setscheduler(0, policy, os.sched_param(PRIORITY))
+    except (AttributeError, OSError):  # not this system, or not this user
+        return False
+    return True
 
 
 class Latest(Generic[T]):

@@ -246,3 +246,26 @@ def test_json_of_a_run_below_the_table_tells_its_lowest_point(tmp_path, capsys):
     )
     row = json.loads(capsys.readouterr().out)["rows"][0]
     assert code == 0 and row["lowest_point_m"] > 0.0
+
+
+def test_the_control_thread_goes_before_ordinary_ones_where_the_system_lets_it(robot, skin):
+    import os
+    import threading
+
+    from app.timing import prefer_this_thread
+
+    found = []
+
+    def look():
+        found.append((prefer_this_thread(), os.sched_getscheduler(0)))
+        child = threading.Thread(target=lambda: found.append(os.sched_getscheduler(0)))
+        child.start()
+        child.join()
+
+    thread = threading.Thread(target=look)
+    thread.start()
+    thread.join()
+    (granted, policy), inherited = found
+    assert granted == (policy & ~os.SCHED_RESET_ON_FORK == os.SCHED_RR)
+    assert inherited == os.SCHED_OTHER
+    assert os.sched_getscheduler(0) == os.SCHED_OTHER  # of this thread

@@ -39,14 +39,21 @@ def speaking_board(robot: str, scene: str, seed: int) -> Iterator[Path]:
             target=_speak, args=(link, robot, scene, seed, theirs), daemon=True
         )
         process.start()
+        theirs.close()  # or its end would not be noticed here
         try:
-            if not ours.poll(START):
-                raise SensorError("the board's process does not start; try on a quieter machine")
-            ours.recv()
+            if not ours.poll(START) or not _here(ours):
+                raise SensorError("the board's process does not start; see above")
             yield link
         finally:
-            ours.send("end")
+            ours.close()
             process.join()
+
+
+def _here(pipe: Connection) -> bool:
+    try:
+        return bool(pipe.recv())
+    except EOFError:
+        return False
 
 
 def _speak(link: Path, robot_name: str, scene: str, seed: int, pipe: Connection) -> None:

@@ -51,6 +51,7 @@ class HealthPanel:
         total = sum(rooms.values())
         return [
             ("ticks", rate),
+            ("priority", "real time" if snapshot.timing.preferred else "ordinary"),
             ("late, p50 / p99", f"{p50:.2f} / {p99:.2f} ms"),
             ("one tick", f"{1000.0 * total:.2f} ms"),
             *((f"&emsp;{escape(room)}", f"{1000.0 * s:.2f} ms") for room, s in rooms.items()),
