@@ -14,9 +14,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from app import actions as asked
 from app.cell.parts import Cell
-from app.config import ControlMode, Params, change
+from app.config import ControlMode, Params
 from app.control.clearance import Clearance
 from app.control.controllers import Controllers
 from app.control.errand import Errand
@@ -24,16 +23,7 @@ from app.control.programs import Program
 from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
-from app.messages import (
-    NO_NOTICE,
-    Array,
-    Command,
-    Goal,
-    JointState,
-    Mode,
-    Notice,
-    freeze,
-)  # fmt: skip
+from app.messages import Array, Command, Goal, JointState, Mode, freeze
 from app.perception.perception import Percept, Perception
 from app.perception.self_filter import SelfFilter
 from app.perception.tree import Forest
@@ -41,6 +31,7 @@ from app.raycast import RigidMesh
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import Inputs, Outputs
+from app.wishes import Wishes
 
 # what a brain is built on and never changes; a self filter holds nothing but rays and scratch
 FACTS = (Robot, Skin, RigidMesh, Forest, SelfFilter, Clearance)
@@ -80,13 +71,12 @@ class Brain:
 
     def reset(self) -> None:
         """As on the first day: nothing seen, nothing asked for, the settings of the start."""
-        self.params, goal, programs, begin = self._born
+        params, goal, programs, begin = self._born
         self._perception.reset()
         self._controllers.reset()
-        self._know()
-        self._errand = Errand(programs, goal)
+        self._controllers.know(self.cell.learned)
+        self.wishes = Wishes(params, Errand(programs, goal))
         self._guard = Guard(self.skin.count, begin)
-        self._notice = NO_NOTICE
         self._point: Array | None = None  # control point of the last tick
         self._q = self.robot.home  # the last joint positions that were finite
 
@@ -95,9 +85,9 @@ class Brain:
         return digest(vars(self), FACTS)
 
     @property
-    def programs(self) -> tuple[str, ...]:
-        """Names of the waypoint programs that can be run."""
-        return tuple(self._errand.programs)
+    def params(self) -> Params:
+        """The settings in force."""
+        return self.wishes.params
 
     def tick(self, x: Inputs, lap: Callable[[str], None] = no_lap) -> Outputs:
         """One step; never raises for what a stop can answer. `lap` is told when a room is done."""
@@ -116,16 +106,16 @@ class Brain:
             raise FlinchError("the arm reports a joint value that is not finite")
         self._q = x.joints.q
         posture = self.robot.posture(x.joints.q)
-        tool = posture.T_base_tool
-        if self._guard.listen(x, self.params.frame_age) or self._errand.held is None:
-            self._errand.hold(tool)
-        engage = self._heed(x, tool)
-        p, mind = self.params, self._controllers
+        tool, errand, mind = posture.T_base_tool, self.wishes.errand, self._controllers
+        if self._guard.listen(x, self.params.frame_age) or errand.held is None:
+            errand.hold(tool)
+        engage = self.wishes.heed(x, tool, self._guard, self._perception, mind)
+        p = self.params
         share, moving = self._guard.judge(x, p.silence, p.slow_after)
         seen = self._perception.update(
             x.frames, x.joints, posture, p, mind.kind(p), mind.wants_ages(p), lap
         )  # fmt: skip
-        goal = self._errand.update(self._guard.mode, moving, tool, x.dt)
+        goal = errand.update(self._guard.mode, moving, tool, x.dt)
         if moving:
             command = mind.update(
                 seen.posture, x.joints, seen.pairs, goal, p, x.dt, share, x.applied
@@ -137,62 +127,6 @@ class Brain:
         lap("control")
         return self._outputs(x, seen, command, engage)
 
-    def _heed(self, x: Inputs, T_base_tool: Array) -> bool:
-        """Do what people asked for; was motion asked for? What fails is a notice, no more."""
-        engage = False
-        for action in x.actions:
-            try:
-                self._notice = NO_NOTICE
-                engage |= self._act(action, x, T_base_tool)
-            except Exception as error:
-                known = isinstance(error, FlinchError | ValueError)
-                words = str(error) if known else f"{type(action).__name__} failed: {error!r}"
-                self._notice = Notice(words, refused=True)
-        if x.refused:
-            self._notice = Notice(x.refused, refused=True)
-        background = self._perception.background
-        if background.finish(x.now):
-            self._notice = Notice(f"{len(background.preview)} cubes learned: keep or discard them")
-        return engage
-
-    def _act(self, action: asked.Action, x: Inputs, T_base_tool: Array) -> bool:
-        match action:
-            case asked.SetGoal() | asked.SetPose() | asked.RunProgram():
-                self._errand.take(action, T_base_tool)
-            case asked.SetParams(changes=changes):
-                self.params = change(self.params, changes)
-            case asked.SetMode(mode=mode, reason=reason):
-                return self._set_mode(Mode(mode), reason, x.now, T_base_tool)
-            case asked.LearnBackground(seconds=seconds):
-                self._perception.background.learn(x.now, seconds)
-            case asked.KeepBackground():
-                self._perception.background.keep()
-                self._know()
-            case asked.DiscardBackground():
-                self._perception.background.discard()
-            case asked.ForgetBackground():
-                self._perception.background.forget()
-                self._know()
-            case asked.Remark(words=words, refused=refused):
-                self._notice = Notice(words, refused)
-            case _ if not isinstance(action, asked.OF_THE_PLANT):
-                raise ValueError(f"{action!r} is nothing that can be asked for")
-        return False
-
-    def _know(self) -> None:
-        """What hides from the perception bounds the motion, from the same tick on."""
-        known = self._perception.background.known
-        self._perception.know(known)
-        self._controllers.know(known)
-
-    def _set_mode(self, mode: Mode, reason: str, now: float, T_base_tool: Array) -> bool:
-        if mode is Mode.HOLDING:
-            self._errand.hold(T_base_tool)
-        if self._guard.mode is Mode.STOPPED and mode is not Mode.STOPPED:
-            self._perception.begin_anew()
-        self._guard.ask(mode, reason, now)
-        return mode is not Mode.STOPPED
-
     def _blindly(self, x: Inputs, trace: str) -> Outputs:
         """A tick that failed: brake, with what was believed before."""
         joints = JointState(x.joints.stamp, self._q, np.zeros(self.robot.n))
@@ -203,7 +137,7 @@ class Brain:
     def _outputs(
         self, x: Inputs, seen: Percept, command: Command, engage: bool, trace: str = ""
     ) -> Outputs:
-        errand, health = self._errand, self._guard.health
+        errand, health = self.wishes.errand, self._guard.health
         goal = errand.goal or Goal(seen.posture.T_base_tool)
         return Outputs(
             command=command, engage=engage, status=self._guard.status, params=self.params,
@@ -212,7 +146,7 @@ class Brain:
             health=freeze(health.states(x.now, self.params.frame_age)),
             rate=freeze(health.rates()), delay=freeze(health.delays()),
             background=self._perception.background.view(x.now),
-            notice=self._notice, advice=x.arm.advice or self._guard.advice or command.reason,
+            notice=self.wishes.notice, advice=x.arm.advice or self._guard.advice or command.reason,
             program=errand.program.words if errand.program else "", reached=errand.reached,
             jump=self._jump(seen, command), trace=trace,
         )  # fmt: skip

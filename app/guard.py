@@ -38,7 +38,7 @@ class Guard:
 
     def listen(self, x: Inputs, frame_age: float) -> bool:
         """Take note of the sensors; True when they have spoken for the first time."""
-        if self._listening is None:
+        if self._listening is None and self.mode is Mode.IDLE:
             self._supervisor = Supervisor(Mode.IDLE, x.now, NOT_SEEN)
         if self._listening is None or x.late > frame_age:
             # a stall was this machine's, not the sensors'; wait for fresh frames, though

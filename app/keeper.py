@@ -9,7 +9,7 @@ from app.cell.files import save_learned
 from app.cell.learned import Learned, cubes_at
 from app.errors import FlinchError
 from app.messages import Array
-from app.tick import Inputs, Outputs
+from app.tick import Tick
 
 
 class Keeper:
@@ -20,7 +20,7 @@ class Keeper:
         self._known: Array | None = None
         self._pool = ThreadPoolExecutor(1, "flinch-keeper")
 
-    def put(self, tick: tuple[Inputs, Outputs]) -> None:
+    def put(self, tick: Tick) -> None:
         """Look at a tick; what is known at the first one is in the file already."""
         known = tick[1].background.known
         if self._known is not None and known is not self._known:

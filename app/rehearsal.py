@@ -26,7 +26,7 @@ def rehearse(robot: Robot, skin: Skin, cell: Cell, params: Params) -> None:
     stamp = 0.0
     for mode in get_args(ControlMode):
         for memory in (False, True):
-            brain.params = replace(params, mode=mode, memory=memory, many_pairs=memory)
+            brain.wishes.params = replace(params, mode=mode, memory=memory, many_pairs=memory)
             for depth, later in ((0.3, 0.1), (0.31, 0.1), (0.31, 0.004)):  # the last holds pairs
                 stamp += later
                 frames = tuple(

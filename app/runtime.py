@@ -13,7 +13,6 @@ import queue
 import sys
 import threading
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 
@@ -21,10 +20,10 @@ from app.actions import OF_THE_PLANT, Action
 from app.brain import Brain
 from app.errors import FlinchError
 from app.ghost import Ghost
-from app.messages import GhostState, JointState, Mode, Snapshot, Status, Timing
-from app.plant.plant import Plant, Reading
+from app.messages import Mode, Snapshot, Status, Timing
+from app.plant.plant import Plant, Reading, nothing_read, refusal
 from app.rehearsal import rehearse
-from app.tick import ArmReport, Inputs, Outputs, SourceReport, snapshot_of
+from app.tick import Follower, Inputs, Outputs, Tick, snapshot_of
 from app.timing import (
     Clock,
     Latest,
@@ -36,14 +35,6 @@ from app.timing import (
 
 log = logging.getLogger(__name__)
 SWITCH = 1e-3  # [s] the control thread waits no longer for another one; 5 ms is a whole tick
-Tick = tuple[Inputs, Outputs]
-
-
-class Follower(Protocol):
-    """Who is handed every tick: a queue, or somebody who looks for one thing in it."""
-
-    def put(self, value: Tick) -> None: ...
-    def close(self) -> None: ...
 
 
 class Engine:
@@ -60,7 +51,7 @@ class Engine:
     ) -> None:
         self.brain, self.plant, self.scene = brain, plant, scene
         self.robot, self.skin, self.cell = brain.robot, brain.skin, brain.cell
-        self.source, self.programs = plant.name, brain.programs
+        self.source, self.programs = plant.name, tuple(brain.wishes.errand.programs)
         self.snapshots: Latest[Snapshot] = Latest()
         self.ticker = Ticker(clock, 1.0 / rate)
         self.ghost: Ghost | None = None
@@ -109,13 +100,22 @@ class Engine:
         )  # fmt: skip
         self._fault = ""
         out = self.brain.tick(x, watch.lap)
-        self._log(out.trace or x.source.trace)
+        trace = out.trace or x.source.trace
+        if trace and trace != self._trace:  # each once: what lasts is told in the status
+            log.error("tick %d failed; the arm stops\n%s", self._tick, trace)
+        self._trace = trace
         self._send(out, dt)
         watch.lap("drive")
         ghost = self.ghost.step(x, out) if self.ghost else None
         if self.ghost:
             watch.lap("ghost")
-        return self._publish(x, out, Timing(watch.laps, late, self._preferred), ghost)
+        timing = Timing(watch.laps, late, self._preferred)
+        snapshot = snapshot_of(x, out, timing, self.plant.bodies(), ghost)
+        self.snapshots.put(snapshot, now)
+        for follower in self._followers:
+            follower.put((x, out))
+        self._tick += 1
+        return snapshot
 
     def _drain(self) -> tuple[tuple[Action, ...], str]:
         """What people asked for, in their order, and why the plant did not do the last of it."""
@@ -127,24 +127,14 @@ class Engine:
             except queue.Empty:
                 return tuple(actions), refused
             actions.append(action)
-            refused = ""
-            if isinstance(action, OF_THE_PLANT):
-                try:
-                    self.plant.act(action)
-                except Exception as error:
-                    # a browser may send anything: the arm goes on, the person is told
-                    known = isinstance(error, FlinchError | ValueError)
-                    refused = str(error) if known else f"{type(action).__name__} failed: {error!r}"
+            refused = refusal(self.plant, action) if isinstance(action, OF_THE_PLANT) else ""
 
     def _read(self, now: float) -> Reading:
         try:
             self._last = self.plant.read(now, self.brain.params.silence)
         except Exception as error:
             self._fail("the plant cannot be read", error)
-            n, K = self.brain.robot.n, self.brain.skin.count
-            nobody = SourceReport(np.zeros(K, dtype=bool))
-            nowhere = JointState(now, np.full(n, np.nan), np.full(n, np.nan))
-            last = self._last or Reading(nowhere, np.zeros(n), ArmReport(), (), nobody)
+            last = self._last or nothing_read(self.robot.n, self.skin.count, now)
             self._last = replace(last, joints=replace(last.joints, stamp=now), frames=())
         return self._last
 
@@ -162,22 +152,6 @@ class Engine:
         if last is None or last.status.mode is not Mode.STOPPED:
             log.error("%s", what, exc_info=error)
         self._fault = str(error) if isinstance(error, FlinchError) else f"{what}: {error!r}"
-
-    def _log(self, trace: str) -> None:
-        """Each new trace once: what lasts is told in the status."""
-        if trace and trace != self._trace:
-            log.error("tick %d failed; the arm stops\n%s", self._tick, trace)
-        self._trace = trace
-
-    def _publish(
-        self, x: Inputs, out: Outputs, timing: Timing, ghost: GhostState | None
-    ) -> Snapshot:
-        snapshot = snapshot_of(x, out, timing, self.plant.bodies(), ghost)
-        self.snapshots.put(snapshot, x.now)
-        for follower in self._followers:
-            follower.put((x, out))
-        self._tick += 1
-        return snapshot
 
     # --- the thread -----------------------------------------------------------------------
 
@@ -200,7 +174,7 @@ class Engine:
         if self._thread is not None:
             self._thread.join()
             self._thread = None
-            self.plant.send(np.zeros(self.brain.robot.n), self._period)
+            self.plant.send(np.zeros(self.robot.n), self._period)
 
     def close(self) -> None:
         """Stop, leave the arm at rest and give back every device."""
@@ -224,4 +198,4 @@ class Engine:
             if last is not None:
                 status = Status(Mode.STOPPED, reason, self._clock.now())
                 self.snapshots.put(replace(last, status=status), stamp)
-            self.plant.send(np.zeros(self.brain.robot.n), self._period)  # it may raise as well
+            self.plant.send(np.zeros(self.robot.n), self._period)  # it may raise as well

@@ -6,6 +6,7 @@ them, another brain can be given them again.
 """
 
 from dataclasses import dataclass, field
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -143,6 +144,16 @@ class Outputs:
     memory: Array = field(default_factory=lambda: np.empty((0, 3)))
     blind: float = 0.0
     trace: str = ""
+
+
+Tick = tuple[Inputs, Outputs]
+
+
+class Follower(Protocol):
+    """Who is handed every tick: a queue, or somebody who looks for one thing in it."""
+
+    def put(self, value: Tick) -> None: ...
+    def close(self) -> None: ...
 
 
 def snapshot_of(

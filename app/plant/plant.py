@@ -4,6 +4,8 @@ import traceback
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from app.actions import Action, UseSensor
 from app.errors import FlinchError, WorldError
 from app.messages import Array, BodyPose, JointState, SensorFrame
@@ -97,3 +99,23 @@ def nothing_to_edit(action: Action) -> WorldError:
     """The refusal of a plant with no simulated world and no second skin."""
     what = "sensors cannot be switched" if isinstance(action, UseSensor) else "no body can be put"
     return WorldError(f"{what} here; start with a simulated part, --sensors ...+simulated")
+
+
+def refusal(plant: Plant, action: Action) -> str:
+    """Have the plant do an action; why it did not, empty when it did.
+
+    A browser may send anything: the arm goes on, the person is told.
+    """
+    try:
+        plant.act(action)
+    except Exception as error:
+        known = isinstance(error, FlinchError | ValueError)
+        return str(error) if known else f"{type(action).__name__} failed: {error!r}"
+    return ""
+
+
+def nothing_read(joints: int, sensors: int, now: float) -> Reading:
+    """Of a plant that could not be read yet: nobody knows where the arm is."""
+    nowhere = JointState(now, np.full(joints, np.nan), np.full(joints, np.nan))
+    nobody = SourceReport(np.zeros(sensors, dtype=bool))
+    return Reading(nowhere, np.zeros(joints), ArmReport(), (), nobody)
