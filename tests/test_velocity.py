@@ -36,7 +36,7 @@ def approaches(robot, skin, position, seconds, sway=0.0, seed=1):
             cloud.take([f], before[round(f.stamp, 6)], P)
             speed.take(cloud.newest(), np.array([f.sensor]))
         pairs = speed.update(body.update(cloud.view(t, P), posture), t)
-        raw = pairs.normal[FOREARM] @ speed._v[FOREARM]
+        raw = pairs.normal[FOREARM] @ speed._tracks.v[FOREARM]
         out.append((t, pairs.approach[FOREARM], raw, pairs.distance[FOREARM]))
     return np.array(out)
 

@@ -11,12 +11,14 @@ starts again from its nearest neighbour's velocity.
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages import SLOTS, Array, Cloud, Pairs, freeze
-from app.perception.flow import LEAST, solve_flow, take_frames
+from app.compiled import compiled
+from app.messages import Array, Cloud, Pairs, freeze
+from app.perception.flow import LEAST, Frames, no_frames, solve_flow, take_frames
 from app.robot.skin import Skin
 
 PERIOD = 1.0 / 15.0  # [s] between measurements of a track: one frame of every sensor
@@ -32,6 +34,21 @@ MOST, LEAST_SPEED = 1.6, -0.2  # [m/s]: nothing that recedes may pull the arm be
 MOVES, STANDS = 0.12, 0.06  # [m/s] above and below which a track is called moving or still
 
 
+class Tracks(NamedTuple):
+    """One for each row of pairs (B,).
+
+    v: (B, 3) [m/s] velocity, variance of each component.   at: (B, 3) [m] its point, NaN of none.
+    next: [s] when it is measured again.   sure: measurements in a row.   moving: 0..5.
+    """
+
+    v: Array
+    variance: Array
+    at: Array
+    next: Array
+    sure: NDArray[np.int64]
+    moving: NDArray[np.int64]
+
+
 class ObstacleSpeed:
     """Frames in, speed of approach for each row of pairs out."""
 
@@ -41,94 +58,117 @@ class ObstacleSpeed:
 
     def reset(self) -> None:
         """Forget frames and tracks."""
-        K = len(self._size)
-        self._points, self._old_points = (np.full((K, SLOTS, 3), np.nan) for _ in range(2))
-        self._normals, self._old_normals = (np.full((K, SLOTS, 3), np.nan) for _ in range(2))
-        self._stamp, self._old_stamp = (np.full(K, -np.inf) for _ in range(2))
-        self._use = np.zeros((K, SLOTS), dtype=bool)
-        self._tracks(0)
-
-    def _tracks(self, rows: int) -> None:
-        self._v = np.zeros((rows, 3))
-        self._variance = np.full(rows, SIGMA**2)
-        self._at = np.full((rows, 3), np.nan)
-        self._next = np.full(rows, -np.inf)
-        self._sure = np.zeros(rows, dtype=np.int64)
-        self._moving = np.zeros(rows, dtype=np.int64)
+        self._frames = no_frames(len(self._size))
+        self._tracks = _tracks(0)
 
     def take(self, cloud: Cloud, sensors: NDArray[np.intp]) -> None:
         """Take note of the newest frames of `sensors` (m,)."""
         take_frames(
-            sensors, cloud.points, cloud.verdict, cloud.stamp, self._size, self._points, self._use,
-            self._normals, self._stamp, self._old_points, self._old_normals, self._old_stamp,
+            sensors, cloud.points, cloud.verdict, cloud.stamp, self._size, self._frames
         )  # fmt: skip
 
     def update(self, pairs: Pairs, now: float) -> Pairs:
         """`pairs` with `approach` (B,) and `approach_sigma` (B,) [m/s] filled in."""
         B = len(pairs.distance)
-        if len(self._v) != B:
-            self._tracks(B)
-        near = pairs.distance < REACH
-        self._v[~near], self._sure[~near], self._moving[~near] = 0.0, 0, 0
-        self._at[~near] = np.nan
-        due = near & (now >= self._next - 1e-9)
-        rows = np.flatnonzero(near)
-        moved = np.linalg.norm(pairs.on_world[rows] - self._at[rows], axis=1)
-        for row in rows[~(moved <= JUMP)]:  # NaN is a new track
-            self._seed(int(row), pairs.on_world[row])
-        self._at[rows] = pairs.on_world[rows]
-        for row in np.flatnonzero(due):
-            self._measure(int(row), now)
-        w = np.zeros(B)
-        w[rows] = np.einsum("ij,ij->i", pairs.normal[rows], self._v[rows])
-        w[(np.abs(w) < DEAD_BAND) | (self._sure < SURE)] = 0.0
-        return replace(
-            pairs,
-            approach=freeze(np.clip(w, LEAST_SPEED, MOST)),
-            approach_sigma=freeze(np.sqrt(self._variance)),
-        )
+        if len(self._tracks.sure) != B:
+            self._tracks = _tracks(B)
+        approach, sigma = np.empty((2, B))
+        _follow(
+            self._tracks, self._frames, now, pairs.distance, pairs.on_world, pairs.normal,
+            approach, sigma,
+        )  # fmt: skip
+        return replace(pairs, approach=freeze(approach), approach_sigma=freeze(sigma))
 
     def moving(self) -> Array:
         """(m, 3) [m] points of the tracks that are known to move, base frame."""
-        return self._at[self._moving >= SURE]
+        return self._tracks.at[self._tracks.moving >= SURE]
 
-    def _seed(self, row: int, point: Array) -> None:
-        """A new place: the velocity of the nearest other track, if one is there."""
-        self._v[row], self._sure[row], self._variance[row] = 0.0, 0, SIGMA**2
-        self._moving[row] = 0
-        apart = np.linalg.norm(self._at - point, axis=1)
-        apart[row] = np.nan
-        if (apart < JUMP).any():
-            other = int(np.nanargmin(apart))
-            self._v[row], self._sure[row] = self._v[other], self._sure[other]
 
-    def _measure(self, row: int, now: float) -> None:
-        dt = PERIOD if not np.isfinite(self._next[row]) else PERIOD + max(0, now - self._next[row])
-        self._next[row] = now + PERIOD
-        v, measured = self._v[row], np.empty(3)
-        n = solve_flow(
-            self._at[row], v, now, self._points, self._use, self._stamp,
-            self._old_points, self._old_normals, self._old_stamp, measured,
-        )  # fmt: skip
-        self._variance[row] += (ACCELERATION * dt) ** 2
-        if n < LEAST:
-            self._v[row] = FADE * v
-            self._sure[row] = 0
-            self._moving[row] = max(0, self._moving[row] - 1)
-            return
-        noise = (SIGMA + SIGMA_POINTS / np.sqrt(n)) ** 2
-        spread = self._variance[row] + noise
-        step = measured - v
-        length = float(np.linalg.norm(step))
-        longest = GATE * np.sqrt(spread)
-        if length > longest:
-            step *= longest / length
-        gain = self._variance[row] / spread
-        self._v[row] = v + gain * step
-        self._variance[row] *= 1.0 - gain
-        self._sure[row] += 1
-        speed = float(np.linalg.norm(self._v[row]))
-        if speed > MOVES:
-            self._moving[row] = min(5, self._moving[row] + 1)
-        elif speed < STANDS:
-            self._moving[row] = max(0, self._moving[row] - 1)
+def _tracks(rows: int) -> Tracks:
+    return Tracks(
+        np.zeros((rows, 3)), np.full(rows, SIGMA**2), np.full((rows, 3), np.nan),
+        np.full(rows, -np.inf), *np.zeros((2, rows), dtype=np.int64),
+    )  # fmt: skip
+
+
+@compiled
+def _follow(
+    tracks: Tracks,
+    frames: Frames,
+    now: float,
+    distance: Array,
+    on_world: Array,
+    normal: Array,
+    approach: Array,
+    sigma: Array,
+) -> None:
+    """Carry the tracks on to the pairs (B,), measure those that are due, write what they say."""
+    for row in range(len(distance)):
+        if not distance[row] < REACH:
+            tracks.v[row], tracks.at[row] = 0.0, np.nan
+            tracks.sure[row] = tracks.moving[row] = 0
+    for row in range(len(distance)):
+        if distance[row] < REACH and not _apart(tracks.at[row], on_world[row]) <= JUMP:
+            _seed(tracks, row, on_world[row])
+    for row in range(len(distance)):
+        if distance[row] < REACH:
+            tracks.at[row] = on_world[row]
+            if now >= tracks.next[row] - 1e-9:
+                _measure(tracks, frames, row, now)
+        w = 0.0
+        for a in range(3):
+            if distance[row] < REACH:
+                w += normal[row, a] * tracks.v[row, a]
+        if abs(w) < DEAD_BAND or tracks.sure[row] < SURE:
+            w = 0.0
+        approach[row] = min(max(w, LEAST_SPEED), MOST)
+        sigma[row] = np.sqrt(tracks.variance[row])
+
+
+@compiled
+def _apart(a: Array, b: Array) -> float:
+    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+
+
+@compiled
+def _seed(tracks: Tracks, row: int, point: Array) -> None:
+    """A new place: the velocity of the nearest other track, if one is there."""
+    tracks.v[row], tracks.variance[row] = 0.0, SIGMA**2
+    tracks.sure[row] = tracks.moving[row] = 0
+    best, other = JUMP, -1
+    for i in range(len(tracks.sure)):
+        apart = _apart(tracks.at[i], point)
+        if i != row and apart < best:  # NaN is no track
+            best, other = apart, i
+    if other >= 0:
+        tracks.v[row], tracks.sure[row] = tracks.v[other], tracks.sure[other]
+
+
+@compiled
+def _measure(tracks: Tracks, frames: Frames, row: int, now: float) -> None:
+    dt = PERIOD
+    if np.isfinite(tracks.next[row]):
+        dt += max(0.0, now - tracks.next[row])
+    tracks.next[row] = now + PERIOD
+    v, step = tracks.v[row], np.empty(3)
+    n = solve_flow(tracks.at[row], v, now, frames, step)
+    tracks.variance[row] += (ACCELERATION * dt) ** 2
+    if n < LEAST:
+        tracks.v[row] = FADE * v
+        tracks.sure[row] = 0
+        tracks.moving[row] = max(0, tracks.moving[row] - 1)
+        return
+    spread = tracks.variance[row] + (SIGMA + SIGMA_POINTS / np.sqrt(n)) ** 2
+    step -= v
+    length, longest = np.sqrt((step * step).sum()), GATE * np.sqrt(spread)
+    if length > longest:
+        step *= longest / length
+    gain = tracks.variance[row] / spread
+    tracks.v[row] = v + gain * step
+    tracks.variance[row] *= 1.0 - gain
+    tracks.sure[row] += 1
+    speed = np.sqrt((tracks.v[row] ** 2).sum())
+    if speed > MOVES:
+        tracks.moving[row] = min(5, tracks.moving[row] + 1)
+    elif speed < STANDS:
+        tracks.moving[row] = max(0, tracks.moving[row] - 1)
