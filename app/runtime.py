@@ -16,7 +16,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from app.actions import OF_THE_PLANT, Action
+from app.actions import OF_THE_PLANT, Action, Remark
 from app.brain import Brain
 from app.errors import FlinchError
 from app.ghost import Ghost
@@ -41,13 +41,7 @@ class Engine:
     """Runs `brain` on `plant`. `step` is one tick; `start` runs it in a thread."""
 
     def __init__(
-        self,
-        brain: Brain,
-        plant: Plant,
-        clock: Clock,
-        *,
-        rate: float = 250.0,
-        scene: str = "",
+        self, brain: Brain, plant: Plant, clock: Clock, *, rate: float = 250.0, scene: str = ""
     ) -> None:
         self.brain, self.plant, self.scene = brain, plant, scene
         self.robot, self.skin, self.cell = brain.robot, brain.skin, brain.cell
@@ -109,6 +103,9 @@ class Engine:
         ghost = self.ghost.step(x, out) if self.ghost else None
         if self.ghost:
             watch.lap("ghost")
+            if self.ghost.fault:
+                self.post(Remark(f"the ghost is left out: {self.ghost.fault}", refused=True))
+                self.ghost = None
         timing = Timing(watch.laps, late, self._preferred)
         snapshot = snapshot_of(x, out, timing, self.plant.bodies(), ghost)
         self.snapshots.put(snapshot, now)

@@ -87,6 +87,22 @@ def test_the_goal_waits_on_the_line_for_an_arm_that_had_to_give_way(tmp_path):
     assert run.reached >= 1
 
 
+def test_a_place_that_the_tool_is_pushed_from_while_it_stays_is_not_held(tmp_path):
+    start = pose_of([0.6, 0.3, 0.55], np.radians([-90, 0, -90]))
+    run = ProgramRun(program(tmp_path), start)
+    near = run.program.waypoints[0]
+    while not run._stay > 0.0:
+        T = run.update(near.T_base_tool, 0.01).T_base_tool
+    away = np.array(T)
+    away[2, 3] += 0.3
+    for _ in range(200):  # ten times the dwell
+        run.update(away, 0.01)
+    assert run.reached == 0
+    for _ in range(round(near.dwell / 0.01) + 2):
+        run.update(near.T_base_tool, 0.01)
+    assert run.reached == 1
+
+
 @pytest.mark.parametrize(
     ("old", "new", "told"),
     [

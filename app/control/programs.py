@@ -136,8 +136,9 @@ class ProgramRun:
             self._share = min(1.0, self._share + pace * step)
             return Goal(self._path.pose(self._share))
         error, angle = goal_error(T_base_tool, to.T_base_tool)
-        if self._stay > 0.0 or (error <= p.reach and angle <= p.reach_turn):
-            self._stay += dt
+        # who is pushed away holds the place no longer, and begins anew when it is back
+        there = error <= p.reach and angle <= p.reach_turn
+        self._stay = self._stay + dt if there else 0.0
         if self._stay > to.dwell and not self.done:
             self.reached += 1
             self._next()

@@ -119,8 +119,6 @@ class TrueDistance:
 
 def _solid(shape: Shape) -> Hull:
     """A world's shape; a primitive bounds itself, since it is as quick as a box."""
-    if shape.kind == "mesh":
-        return surface(shape.vertices, shape.faces)
     makers = {
         "box": coal.Box,
         "panel": coal.Box,
@@ -128,6 +126,8 @@ def _solid(shape: Shape) -> Hull:
         "cylinder": coal.Cylinder,
         "capsule": coal.Capsule,
     }
+    if shape.kind not in makers:
+        return surface(shape.vertices, shape.faces)
     solid = makers[shape.kind](*shape.dims)
     return Hull(solid, solid, np.zeros(3))
 
