@@ -34,8 +34,9 @@ BRAKING = 0.5  # share of the reachable deceleration that is counted on
 CLOSE = 0.12  # [m] nearer than this also such a point is led away, fully from half of it on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
-SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
+SELF_WITHIN = 0.3  # [m] farther links of the robot, and parts of the cell, are no bounds
 SELF_GAIN = 5.0  # [1/s]
+SPARE = 0.5  # share of that deceleration to plan with: a wrist that turns takes the rest
 LEVER = 0.01  # [m, or 1 for a sliding joint] see `_own`
 MOST, MOST_OWN = 24, 12  # rows: of the world, and of the robot itself with the cell
 NOTHING = np.empty(0)
@@ -272,7 +273,8 @@ def _own(
 ) -> int:
     """Append the rows of the nearest gaps that can bound; how many rows there are then.
 
-    A gap to the cell has only the one side that moves. Where all joints together cannot move
+    A gap is bound as one to the world is, w and d_s being zero and `KEPT`. One to the cell has
+    only the one side that moves. Where all joints together cannot move
     that side along the normal it is no bound, however near it is: the turning shoulder stands
     in the table's margin for ever, and a demand to leave would only swing the rest. It fades
     in over `LEVER`; what is left out within it changes a distance of 10 cm from an axis by 2 mm.
@@ -284,15 +286,19 @@ def _own(
         if m == most:
             break
         d, b = gaps.distance[k], gaps.b[k]
-        J, reach, lever = out.jacobian[m], 0.0, 0.0
+        J, reach, brake, lever = out.jacobian[m], 0.0, 0.0, 0.0
         J[:] = 0.0
         _add_rate(gaps.a[k], gaps.on_a[k], gaps.normal[k], 1.0, J_base, supports, J)
         if b >= 0:
             _add_rate(b, gaps.on_b[k], gaps.normal[k], -1.0, J_base, supports, J)
         for j in range(len(J)):
             reach += abs(J[j]) * box.speed * box.qd_max[j]
+            brake += BRAKING * abs(J[j]) * box.qdd_max[j]
             lever += abs(J[j])
-        bound = min(-SELF_GAIN * (d - KEPT), v_esc, kappa * reach)
+        free = SELF_GAIN * (d - KEPT)
+        if free > 0.0:
+            free = min(free, np.sqrt(2.0 * SPARE * brake * (d - KEPT)))
+        bound = min(-free, v_esc, kappa * reach)
         if b < 0 and lever < 2.0 * LEVER:
             if lever <= LEVER:
                 continue
