@@ -49,6 +49,7 @@ class Engine:
         self.snapshots: Latest[Snapshot] = Latest()
         self.ticker = Ticker(clock, 1.0 / rate)
         self.ghost: Ghost | None = None
+        self.warnings: tuple[str, ...] = ()  # what a person should know before it starts
         self._clock, self._period = clock, 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
         self._followers: tuple[Follower, ...] = ()

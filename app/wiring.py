@@ -13,6 +13,7 @@ from app.brain import Brain
 from app.cell.files import load_cell
 from app.cell.parts import Cell
 from app.config import ControlMode, Params
+from app.control.beginning import warnings
 from app.control.programs import Program, find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
@@ -108,6 +109,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
+        engine.warnings = warnings(robot, cell, arm.state(clock.now()).q)
         if learned_file is not None:
             engine.follow(Keeper(learned_file, engine.post))
         if setup.ghost:

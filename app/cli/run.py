@@ -154,7 +154,7 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)
-        for line in entrance.words():
+        for line in (*entrance.words(), *engine.warnings):
             print(line, flush=True)
         if open_browser and _has_desktop():
             webbrowser.open(page.url)
