@@ -44,7 +44,6 @@ from app.timing import Stopwatch
 KEPT = int(Verdict.KEPT)  # numpy is slow with an enum
 VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
 REACH = 0.6  # [m] several pairs a link are looked for up to here
-HELD = 0.5  # [s] a remembered point holds the arm back before it counts as standing still
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -88,7 +87,6 @@ class Pipeline:
         }
         self._control: Avoidance | WholeBody = self._bounds
         self._stuck = Stuck()
-        self._held, self._held_for = -1, 0.0  # the memory's point that acts, and since when
 
     @property
     def background(self) -> Background:
@@ -140,8 +138,7 @@ class Pipeline:
         if in_use(params):
             pairs = replace(pairs, age=self._ages(pairs, cloud, joints.stamp))
         if params.memory:
-            for point in self._speed.moving():
-                self._memory.mark_moving(point, joints.stamp)
+            self._memory.mark_moving(self._speed.moving(), joints.stamp)
             inside = (body.distance < VISITED) & (body.slot >= len(cloud.points))
             self._memory.visited(body.slot[inside] - len(cloud.points))
         watch.lap("pairs")
@@ -153,7 +150,6 @@ class Pipeline:
                 posture, joints, pairs, goal, params, dt, pairs.approach, share
             )
             self._stuck.see(tool, pairs, command, params.escape, now)
-            self._remember(pairs, command, len(cloud.points), dt)
             if self._stuck.words and not command.reason:
                 command = replace(command, reason=self._stuck.words)
         else:
@@ -186,15 +182,6 @@ class Pipeline:
         age[seen] = now - cloud.stamp[slot[seen] // SLOTS]
         age[kept] = self._memory.ages(slot[kept] - current, now)
         return freeze(age)
-
-    def _remember(self, pairs: Pairs, command: Command, current: int, dt: float) -> None:
-        """What goes on holding the arm back is not forgotten while nobody saw it leave."""
-        row = command.control_row
-        slot = int(pairs.slot[row]) - current if row >= 0 else -1
-        self._held_for = self._held_for + dt if slot == self._held else 0.0
-        self._held = slot
-        if slot >= 0 and self._held_for > HELD:
-            self._memory.hold(slot)
 
     def _jump(self, pairs: Pairs, command: Command) -> float:
         """How far the control point has moved since the last tick [m]."""
@@ -240,7 +227,7 @@ def rehearse(robot: Robot, skin: Skin, crops: Sequence[CropBox], params: Params)
                 ]
                 now = replace(params, mode=mode, memory=memory, many_pairs=memory)
                 pipeline.tick(frames, JointState(stamp, robot.home, still), here, now, 0.004)
-    pipeline._memory.mark_moving(np.zeros(3), stamp)  # here nothing has moved
+    pipeline._memory.mark_moving(np.zeros((1, 3)), stamp)  # here nothing has moved
 
 
 def _stamp(frame: SensorFrame) -> float:
