@@ -130,8 +130,8 @@ class Pairs:
     closest:  row of the smallest distance of what can move, -1 if the cloud is empty.
     approach: (B,) [m/s] speed of the world's point along the normal, positive = it comes
               nearer; zero when unsure.   approach_sigma: (B,) [m/s] of it. None: not estimated.
-    age:      (B,) [s] since the world's point was measured, 0 for what is known to stand
-              still, +inf without a point. None: not asked for.
+    age:      (B,) [s] since the world's point was measured, +inf without a point. None: not
+              asked for.
     """
 
     link: NDArray[np.intp]

@@ -122,7 +122,7 @@ class Bounds:
 
 def reach(params: Params) -> float:
     """Pairs nearer than this [m] are bounds."""
-    return FASTEST if params.mode == "ssm" else params.d_inf
+    return FASTEST if in_use(params) else params.d_inf
 
 
 class _Damping(NamedTuple):

@@ -3,16 +3,21 @@
 The skin sees slices. As the arm gives way, the slice moves off the obstacle, the pair is gone
 and the goal pulls the arm back. So kept points stay in a grid of 3 cm voxels in the base
 frame, until a ray passes through them, the arm has been there itself, or their time is over:
-moving things 0.7 s, undecided ones 3 s, things seen often at one place 30 s. What a carved
-voxel was part of has probably left with it, so its undecided neighbourhood counts as moving.
+moving things 0.7 s, things seen often at one place 30 s, undecided ones 3 s from when they were
+last seen, if a sensor has looked at their place since, and 30 s if none has: unseen is not gone.
+What a carved voxel was part of has probably left with it, so its undecided neighbourhood counts
+as moving. What was only ever seen right before the arm's own body may be that body, and nothing
+looks again at where it was: it lives 3 s.
 
 A zone carves up to its own depth and its neighbours' less 8 cm (edges mix depths); one that
 saw the robot up to the robot; one without an echo, which dark clothing also gives, up to 0.5 m
-and slowly. A zone with a bad status carves nothing.
+and slowly. A zone with a bad status carves nothing and has not looked.
 
 Current points are always used as they are; a voxel takes part once it is confirmed by a second
 hit in or beside it.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +25,8 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import SLOTS, Array, Cloud
 from app.perception import voxels as grid
-from app.perception.voxels import KEPT, MOVING, STATIC, UNDECIDED
+from app.perception.carving import KEPT, carve, look_along, no_sight
+from app.perception.voxels import MOVING, STATIC, UNDECIDED
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import FIELD_OF_VIEW, Skin
@@ -28,19 +34,35 @@ from app.robot.skin import FIELD_OF_VIEW, Skin
 CAPACITY = 20_000  # voxels; the oldest make room
 RECENT = 0.3  # [s] what moves is marked if it was seen within
 REACH = 0.7  # [m] around the links' boxes: a controller looks no farther
+APART = 0.06  # [m] from the links' boxes: twice the self filter's least threshold before a body
 PARTS = 8  # ticks in which all voxels are reviewed once
+
+
+class Eyes(NamedTuple):
+    """What is constant of K sensors and L links: each sensor's link (K,), pose there (K, 4, 4),
+    resolution (K,), turn of its image (K, 2, 2); low and high corners of the links' boxes
+    (2, L, 3), link frame.
+    """
+
+    mount: NDArray[np.int64]
+    T_link_sensor: Array
+    size: NDArray[np.int64]
+    turn: Array
+    box: Array
 
 
 class Memory:
     """Points of the world in the base frame that need not be in sight."""
 
     def __init__(self, robot: Robot, skin: Skin) -> None:
-        self._low = np.array([b.vertices.min(axis=0) for b in robot.bodies])
-        self._high = np.array([b.vertices.max(axis=0) for b in robot.bodies])
-        self._mount = skin.link.astype(np.int64)
-        self._T_link_sensor = np.array([s.T_link_sensor for s in skin.sensors])
-        self._size = np.array([s.resolution for s in skin.sensors])
-        self._turn = np.array([_turn(s.rotation_deg, s.mirrored) for s in skin.sensors])
+        corners = [(b.vertices.min(axis=0), b.vertices.max(axis=0)) for b in robot.bodies]
+        self._eyes = Eyes(
+            skin.link.astype(np.int64),
+            np.array([s.T_link_sensor for s in skin.sensors]),
+            np.array([s.resolution for s in skin.sensors]),
+            np.array([_turn(s.rotation_deg, s.mirrored) for s in skin.sensors]),
+            np.array(corners).swapaxes(0, 1).copy(),
+        )
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0
         self._voxels = grid.empty(CAPACITY)
@@ -70,8 +92,8 @@ class Memory:
     def update(self, cloud: Cloud, sensors: NDArray[np.intp], posture: Posture) -> None:
         """Take in the newest frames of `sensors` (m,), which were measured at `posture`."""
         _update(
-            self._voxels, cloud.points, cloud.verdict, cloud.gap, cloud.stamp, sensors,
-            self._mount, self._T_link_sensor, self._size, self._turn, posture.T_base_link,
+            self._voxels, self._eyes, sensors, posture.T_base_link,
+            cloud.points, cloud.verdict, cloud.gap, cloud.stamp,
         )  # fmt: skip
 
     def age(self, now: float, posture: Posture) -> None:
@@ -79,23 +101,18 @@ class Memory:
         step = -(-CAPACITY // PARTS)
         grid.review(
             self._voxels, self._part * step, (self._part + 1) * step, now, self._life,
-            posture.T_base_link, self._low, self._high, REACH,
+            posture.T_base_link, self._eyes.box, REACH,
         )  # fmt: skip
         self._part = (self._part + 1) % PARTS
 
-    def mark_moving(self, centre: Array, now: float) -> None:
-        """What was just seen around `centre` (3,) [m] is known to move."""
-        grid.mark_moving(self._voxels, centre, now - RECENT)
+    def mark_moving(self, centres: Array, now: float) -> None:
+        """What was just seen around any of `centres` (m, 3) [m] is known to move."""
+        if len(centres):
+            grid.mark_moving(self._voxels, centres, now - RECENT)
 
     def ages(self, rows: NDArray[np.intp], now: float) -> Array:
-        """(m,) [s] since each of these rows of `points` was seen; 0 for what stands still."""
-        still = self._voxels.kind[rows] == STATIC
-        return np.where(still, 0.0, now - self._voxels.seen[rows])
-
-    def hold(self, row: int) -> None:
-        """What this row of `points` was part of holds the arm back: it is known to stand still."""
-        if self._voxels.kind[row] == UNDECIDED:
-            self._voxels.kind[row] = STATIC
+        """(m,) [s] since each of these rows of `points` was seen."""
+        return np.asarray(now - self._voxels.seen[rows])
 
     def visited(self, rows: NDArray[np.intp]) -> None:
         """The arm's body has been at these rows of `points`; at the third time they die."""
@@ -113,31 +130,30 @@ def _turn(rotation_deg: int, mirrored: bool) -> Array:
 @compiled
 def _update(
     v: grid.Voxels,
+    eyes: Eyes,
+    sensors: NDArray[np.int64],
+    T_base_link: Array,
     points: Array,
     verdict: NDArray[np.uint8],
     gap: Array,
     stamp: Array,
-    sensors: NDArray[np.intp],
-    mount: NDArray[np.int64],
-    T_link_sensor: Array,
-    size: NDArray[np.int64],
-    turn: Array,
-    T_base_link: Array,
 ) -> None:
-    """The cloud's arrays, and of every sensor its link, pose there, resolution and turn."""
-    clear, weak = np.empty(SLOTS), np.empty(SLOTS, dtype=np.bool_)
-    T_sensor_base = np.eye(4)
+    """points (64 K, 3), verdict, gap (64 K,) and stamp (K,) are a cloud's."""
+    sight, T_sensor_base = no_sight(), np.eye(4)
+    use, apart = np.empty(SLOTS, dtype=np.bool_), np.empty(SLOTS, dtype=np.bool_)
     for k in sensors:
-        first, last, now = k * SLOTS, (k + 1) * SLOTS, stamp[k]
+        first, last, n = k * SLOTS, (k + 1) * SLOTS, eyes.size[k]
         seen, judged = points[first:last], verdict[first:last]
-        grid.insert(v, seen, judged == KEPT, now)
-        A, B = T_base_link[mount[k]], T_link_sensor[k]
+        for zone in range(SLOTS):
+            use[zone] = judged[zone] == KEPT
+            apart[zone] = use[zone] and grid.is_apart(seen[zone], T_base_link, eyes.box, APART)
+        grid.insert(v, seen, use, apart, stamp[k])
+        A, B = T_base_link[eyes.mount[k]], eyes.T_link_sensor[k]
         for i in range(3):
             T_sensor_base[i, 3] = 0.0
             for j in range(3):
                 T_sensor_base[i, j] = A[j, 0] * B[0, i] + A[j, 1] * B[1, i] + A[j, 2] * B[2, i]
                 at = A[j, 0] * B[0, 3] + A[j, 1] * B[1, 3] + A[j, 2] * B[2, 3] + A[j, 3]
                 T_sensor_base[i, 3] -= T_sensor_base[i, j] * at
-        n = size[k]
-        grid.clear_depths(seen, judged, gap[first:last], T_sensor_base, n, clear, weak)
-        grid.carve(v, now, T_sensor_base, n, FIELD_OF_VIEW / n, turn[k], clear, weak)
+        look_along(seen, judged, gap[first:last], T_sensor_base, n, sight)
+        carve(v, stamp[k], T_sensor_base, n, FIELD_OF_VIEW / n, eyes.turn[k], sight)

@@ -10,9 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import Array, Verdict
-from app.perception.nearest import box_distance2, to_link
-from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
+from app.messages import Array
 
 EDGE = 0.03  # [m] of a voxel
 RADIUS, HEIGHT = 1.5, 2.0  # [m] around the base axis, up and down: what is farther is let go
@@ -20,20 +18,15 @@ WEIGHT = 8  # points that the running mean remembers
 CONFIRM = 0.3  # [s] within which a second hit in or beside a voxel confirms it
 STATIC_FRAMES = 10  # frames that saw a voxel before it counts as standing still
 UNDECIDED, MOVING, STATIC = 0, 1, 2  # kinds
-MARGIN, SIGMAS = 0.08, 3.0  # [m] and multiples of the noise that a ray stops short of its depth
-WITHOUT_ECHO = 0.5  # [m] that a zone without a target is taken to be free
-KEPT, STATIC_CELL, SELF, BEHIND, NO_TARGET = (
-    int(x) for x in (Verdict.KEPT, Verdict.STATIC, Verdict.SELF, Verdict.BEHIND, Verdict.NO_TARGET)
-)
-STRONG, WEAK = 2, 5  # misses until a voxel dies: rays that went on, rays without an echo
 SPREAD = 0.25  # [m] around a voxel that left, what is undecided has probably moved too
 TABLE = 65536
 FREE = -1
 
 
 class Voxels(NamedTuple):
-    """Rows (N,): point [m] base frame; cell, -1 for a free row; born, seen [s]; hits, frames
-    and misses counted; kind; confirmed; near the arm.
+    """Rows (N,): point [m] base frame; cell, -1 for a free row; when it was born, last seen and
+    its place last looked at [s]; hits, frames and misses counted; kind; confirmed; apart: seen
+    where the arm itself was not; near the arm.
     table: (TABLE,) rows. top: (1,) rows ever used.
     """
 
@@ -41,6 +34,7 @@ class Voxels(NamedTuple):
     cell: NDArray[np.int64]
     born: Array
     seen: Array
+    looked: Array
     hits: NDArray[np.int64]
     frames: NDArray[np.int64]
     strong: NDArray[np.int64]
@@ -48,6 +42,7 @@ class Voxels(NamedTuple):
     inside: NDArray[np.int64]
     kind: NDArray[np.uint8]
     confirmed: NDArray[np.bool_]
+    apart: NDArray[np.bool_]
     near: NDArray[np.bool_]
     table: NDArray[np.int64]
     top: NDArray[np.int64]
@@ -61,6 +56,7 @@ def empty(capacity: int) -> Voxels:
         cell=np.full(capacity, FREE, dtype=np.int64),
         born=np.zeros(capacity),
         seen=np.full(capacity, -np.inf),
+        looked=np.full(capacity, -np.inf),
         hits=count[0],
         frames=count[1],
         strong=count[2],
@@ -68,6 +64,7 @@ def empty(capacity: int) -> Voxels:
         inside=count[4],
         kind=np.zeros(capacity, dtype=np.uint8),
         confirmed=np.zeros(capacity, dtype=bool),
+        apart=np.zeros(capacity, dtype=bool),
         near=np.zeros(capacity, dtype=bool),
         table=np.full(TABLE, FREE, dtype=np.int64),
         top=np.zeros(1, dtype=np.int64),
@@ -92,8 +89,13 @@ def find(v: Voxels, cell: int) -> int:
 
 
 @compiled
-def insert(v: Voxels, points: Array, use: NDArray[np.bool_], now: float) -> None:
-    """Take the used `points` (n, 3) of one frame in; a full grid replaces its oldest voxels."""
+def insert(
+    v: Voxels, points: Array, use: NDArray[np.bool_], apart: NDArray[np.bool_], now: float
+) -> None:
+    """Take the used `points` (n, 3) of one frame in; a full grid replaces its oldest voxels.
+
+    apart: (n,) the arm itself is not where the point is.
+    """
     next_free = 0
     for i in range(len(points)):
         p = points[i]
@@ -121,6 +123,7 @@ def insert(v: Voxels, points: Array, use: NDArray[np.bool_], now: float) -> None
             v.point[row] = p
             v.born[row], v.hits[row], v.frames[row] = now, 1, 1
             v.kind[row], v.confirmed[row], v.near[row] = UNDECIDED, False, True
+            v.looked[row], v.apart[row] = -np.inf, False
             v.strong[row], v.weak[row], v.inside[row] = 0, 0, 0
             h = (cell * 2654435761) & (TABLE - 1)
             while v.table[h] >= 0:
@@ -138,6 +141,7 @@ def insert(v: Voxels, points: Array, use: NDArray[np.bool_], now: float) -> None
             if v.kind[row] != MOVING and v.confirmed[row] and v.frames[row] >= STATIC_FRAMES:
                 v.kind[row] = STATIC
         v.seen[row] = now
+        v.apart[row] |= apart[i]
         if not v.confirmed[row]:
             _ask_neighbours(v, row, x, y, z, now)
 
@@ -154,113 +158,17 @@ def _ask_neighbours(v: Voxels, row: int, x: int, y: int, z: int, now: float) -> 
 
 
 @compiled
-def carve(
-    v: Voxels,
-    now: float,
-    T_sensor_base: Array,
-    size: int,
-    pitch: float,
-    turn: Array,
-    clear: Array,
-    weak: NDArray[np.bool_],
-) -> int:
-    """Count misses of voxels that a frame's rays have passed through; the dead are removed.
-
-    T_sensor_base: (4, 4).   turn: (2, 2) takes image coordinates to the order of the zones.
-    clear: (64,) [m] depth up to which a zone is free, 0 where it says nothing.
-    weak: (64,) the zone had no echo. Returns how many voxels died.
-    """
-    dead = 0
-    limit = np.tan(pitch * size / 2.0)
-    middle = (size - 1) / 2.0
-    farthest = clear.max()
-    points, T = v.point, T_sensor_base
-    za, zb, zc, zd = T[2, 0], T[2, 1], T[2, 2], T[2, 3]
-    left = np.empty((32, 3))
+def mark_moving(v: Voxels, centres: Array, since: float) -> None:
+    """What was seen since then around any of `centres` (m, 3) [m] moves."""
     for row in range(v.top[0]):
-        a, b, c = points[row, 0], points[row, 1], points[row, 2]
-        depth = za * a + zb * b + zc * c + zd
-        if not (0.02 <= depth < farthest):  # NaN of a free row neither
-            continue
-        x = T[0, 0] * a + T[0, 1] * b + T[0, 2] * c + T[0, 3]
-        y = T[1, 0] * a + T[1, 1] * b + T[1, 2] * c + T[1, 3]
-        if abs(x) >= limit * depth or abs(y) >= limit * depth:
-            continue
-        x, y = x / depth, y / depth
-        column = int(np.round(np.arctan(turn[0, 0] * x + turn[0, 1] * y) / pitch + middle))
-        line = int(np.round(np.arctan(turn[1, 0] * x + turn[1, 1] * y) / pitch + middle))
-        zone = min(max(line, 0), size - 1) * size + min(max(column, 0), size - 1)
-        if depth >= clear[zone] or v.seen[row] >= now:
-            continue
-        if weak[zone]:
-            v.weak[row] += 1
-        else:
-            v.strong[row] += 1
-        if v.strong[row] >= STRONG or v.weak[row] >= WEAK:
-            if dead < len(left):
-                left[dead] = points[row]
-            remove(v, row)
-            dead += 1
-    for i in range(min(dead, len(left))):
-        for row in range(v.top[0]):
-            if v.cell[row] >= 0 and v.kind[row] == UNDECIDED:
+        if v.cell[row] >= 0 and v.seen[row] >= since and v.kind[row] != MOVING:
+            for i in range(len(centres)):
                 near = 0.0
                 for a in range(3):
-                    near += (v.point[row, a] - left[i, a]) ** 2
+                    near += (v.point[row, a] - centres[i, a]) ** 2
                 if near < SPREAD * SPREAD:
                     v.kind[row] = MOVING
-    return dead
-
-
-@compiled
-def clear_depths(
-    points: Array,
-    verdict: NDArray[np.uint8],
-    gap: Array,
-    T_sensor_base: Array,
-    size: int,
-    clear: Array,
-    weak: NDArray[np.bool_],
-) -> None:
-    """Write up to which depth every zone is free of the world, 0 where it says nothing.
-
-    The nearest echo of a zone and its eight neighbours counts: zones at an edge see both
-    sides of it. Arrays are (64,) and (64, 3) of one sensor.
-    """
-    n = size * size
-    echo = np.full(n, np.inf)
-    for zone in range(n):
-        kind = verdict[zone]
-        if kind in (KEPT, STATIC_CELL, SELF, BEHIND):
-            p = points[zone]
-            T = T_sensor_base
-            echo[zone] = T[2, 0] * p[0] + T[2, 1] * p[1] + T[2, 2] * p[2] + T[2, 3]
-            if kind in (SELF, BEHIND):
-                echo[zone] = min(echo[zone], echo[zone] + gap[zone])  # never beyond the body
-    for zone in range(len(clear)):
-        clear[zone], weak[zone] = 0.0, False
-        if zone >= n or not (echo[zone] < np.inf or verdict[zone] == NO_TARGET):
-            continue
-        weak[zone] = verdict[zone] == NO_TARGET
-        nearest = WITHOUT_ECHO if weak[zone] else np.inf
-        row, column = zone // size, zone % size
-        for r in range(max(0, row - 1), min(size, row + 2)):
-            for c in range(max(0, column - 1), min(size, column + 2)):
-                nearest = min(nearest, echo[r * size + c])
-        noise = max(NOISE_FLOOR, NOISE_SHARE * nearest)
-        clear[zone] = nearest - max(MARGIN, SIGMAS * noise)
-
-
-@compiled
-def mark_moving(v: Voxels, centre: Array, since: float) -> None:
-    """What was seen since then around `centre` (3,) [m] moves."""
-    for row in range(v.top[0]):
-        if v.cell[row] >= 0 and v.seen[row] >= since:
-            near = 0.0
-            for a in range(3):
-                near += (v.point[row, a] - centre[a]) ** 2
-            if near < SPREAD * SPREAD:
-                v.kind[row] = MOVING
+                    break
 
 
 @compiled
@@ -271,30 +179,50 @@ def review(
     now: float,
     life: Array,
     T_base_link: Array,
-    low: Array,
-    high: Array,
+    box: Array,
     reach: float,
 ) -> None:
     """Look through rows first..last: bury the old, and mark what is in reach of a link's box.
 
-    life: (3,) [s] by kind.   low, high: (L, 3) boxes of the links, link frame.
+    life: (3,) [s] by kind.   box: (2, L, 3) low and high corner of the links' boxes, link frame.
     """
-    p = np.empty(3)
     for row in range(first, min(last, v.top[0])):
         if v.cell[row] < 0:
             continue
         age = now - v.seen[row]
         unconfirmed = not v.confirmed[row] and age > CONFIRM
-        if age > life[v.kind[row]] or unconfirmed or v.inside[row] >= 3:
+        if age > _life(v, row, life) or unconfirmed or v.inside[row] >= 3:
             remove(v, row)
-            continue
-        near = False
-        for link in range(len(T_base_link)):
-            to_link(T_base_link[link], v.point[row], p)
-            near |= box_distance2(p, low, high, link) < reach * reach
-        v.near[row] = near
+        else:
+            v.near[row] = not is_apart(v.point[row], T_base_link, box, reach)
     while v.top[0] > 0 and v.cell[v.top[0] - 1] < 0:
         v.top[0] -= 1
+
+
+@compiled
+def _life(v: Voxels, row: int, life: Array) -> float:
+    """[s] that a voxel stays without being seen: what nobody has looked at is not gone.
+
+    But the arm's own body, where it is taken for the world, is a place that it soon leaves and
+    that no sensor may look at again.
+    """
+    if v.kind[row] == UNDECIDED and v.apart[row] and v.looked[row] <= v.seen[row]:
+        return life[STATIC]
+    return life[v.kind[row]]
+
+
+@compiled
+def is_apart(point: Array, T_base_link: Array, box: Array, reach: float) -> bool:
+    """Is a point (3,) of the base frame farther than `reach` [m] from all links' boxes?"""
+    for link in range(len(T_base_link)):
+        T, square = T_base_link[link], 0.0
+        x, y, z = point[0] - T[0, 3], point[1] - T[1, 3], point[2] - T[2, 3]
+        for a in range(3):
+            u = T[0, a] * x + T[1, a] * y + T[2, a] * z
+            square += max(max(box[0, link, a] - u, u - box[1, link, a]), 0.0) ** 2
+        if square < reach * reach:
+            return False
+    return True
 
 
 @compiled
