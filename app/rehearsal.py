@@ -37,4 +37,4 @@ def rehearse(robot: Robot, skin: Skin, cell: Cell, params: Params) -> None:
                 brain.tick(
                     Inputs(0, stamp, 0.004, 0.0, joints, still, ArmReport(), frames, everybody)
                 )
-    brain._perception._memory.mark_moving(np.zeros(3), stamp)  # here nothing has moved
+    brain._perception._memory.mark_moving(np.zeros((1, 3)), stamp)  # here nothing has moved

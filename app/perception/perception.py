@@ -181,8 +181,7 @@ class Perception:
     def _revise_memory(self, body: Pairs, current: int, now: float, params: Params) -> None:
         """Tell the memory what moves, and where the arm's own body has been."""
         if params.obstacle_speed:  # without it nobody renews what was found to move
-            for point in self._speed.moving():
-                self._memory.mark_moving(point, now)
+            self._memory.mark_moving(self._speed.moving(), now)
         inside = (body.distance < VISITED) & (body.slot >= current)
         self._memory.visited(body.slot[inside] - current)
 
