@@ -33,8 +33,8 @@ class Clearance:
     def __init__(self, robot: Robot, cell: Cell | None = None) -> None:
         cell = cell or Cell()
         self._body, self._parts = _body(robot), _parts(cell)
-        self._boxes = len(cell.boxes) + len(cell.planes)  # parts that are always there
-        self._cases = _all_cases(robot, self._body, self._boxes)
+        self._lasting = len(cell.boxes) + len(cell.planes)  # parts that are always there
+        self._cases = _all_cases(robot, self._body, self._lasting)
         self._drop_always_close(robot)
         self._known = self._cases.cell
         self.know(cell.learned)
@@ -50,7 +50,7 @@ class Clearance:
         never = np.empty(len(self._body.link), dtype=np.bool_)
         always_in(self._postures, self._body, cubes, never)
         free = np.flatnonzero(self._moves & ~never) if len(learned) else NO_CAPSULE
-        more = np.column_stack((free, np.full(len(free), self._boxes)))
+        more = np.column_stack((free, np.full(len(free), self._lasting)))
         self._parts = self._parts._replace(cubes=cubes)
         self._cases = self._cases._replace(cell=np.concatenate((self._known, more)))
 
