@@ -4,11 +4,12 @@ import numpy as np
 import pytest
 
 from app.cell.learned import Learned
-from app.cell.parts import Box
+from app.cell.parts import Box, Cell, HalfSpace
 from app.messages import BackgroundView
 from app.poses import transform
 from app.ui.page import Page
 from app.ui.scene.cell_view import CORNERS, FACES, outline
+from app.ui.scene.stage import bottom_of
 from tests.ui_page import (  # noqa: F401 - fixtures
     FakeEngine,
     run,
@@ -73,3 +74,14 @@ def test_the_switch_hides_the_cell_but_no_preview(page: Page, engine: FakeEngine
     assert page.cell.preview.handle is not None and page.cell.preview.handle.visible
     run(page, page.switches.boxes["Cell"], True)
     assert root.visible
+
+
+def test_without_a_simulated_world_the_ground_is_the_floor_of_the_cell() -> None:
+    floor = HalfSpace("floor", transform(np.array([0.0, 0.0, -0.7]), np.zeros(3)), np.ones(2))
+    wall = HalfSpace(
+        "wall", transform(np.array([0.0, 2.0, -9.0]), np.array([1.57, 0, 0])), np.ones(2)
+    )
+    box = Box("table", transform(np.array([0.0, 0.0, -0.1]), np.zeros(3)), np.full(3, 0.2))
+    assert bottom_of(Cell(planes=(floor, wall), boxes=(box,))) == -0.7
+    assert bottom_of(Cell(planes=(wall,), boxes=(box,))) == pytest.approx(-0.2)
+    assert bottom_of(Cell()) == 0.0

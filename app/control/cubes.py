@@ -25,13 +25,12 @@ DEEP = 64  # boxes that wait for their turn: more than twice the levels there ca
 class Cubes(NamedTuple):
     """n cubes and the boxes around them; the arrays are writable, as kernels want them.
 
-    low, high: (2 m, 3) [m] of the boxes: 1 is around all, 2 i and 2 i + 1 are the halves of i,
-               the last m hold `LEAF` cubes each, and an empty one has low > high.
-    centre:    (n, 3) [m], base frame.   open: (n, 6) is the face +x, -x, +y, ... an outer one?
+    box:    (2 m, 2, 3) [m] low and high corners of the boxes: 1 is around all, 2 i and 2 i + 1
+            are the halves of i, the last m hold `LEAF` cubes each; an empty one has low > high.
+    centre: (n, 3) [m], base frame.   open: (n, 6) is the face +x, -x, +y, ... an outer one?
     """
 
-    low: Array
-    high: Array
+    box: Array
     centre: Array
     open: NDArray[np.bool_]
 
@@ -55,7 +54,7 @@ def make_cubes(learned: Learned) -> Cubes:
     keys = keys_of(learned.cells)
     inner = [hold(keys, keys + side * step) for step in STEPS for side in (1, -1)]
     centre = np.asarray((cells + 0.5) * EDGE, dtype=np.float64)
-    return Cubes(low, high, centre, ~np.stack(inner, axis=1)[order])
+    return Cubes(np.stack((low, high), axis=1), centre, ~np.stack(inner, axis=1)[order])
 
 
 def _along_curve(cells: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -86,18 +85,18 @@ def nearest_cube(
     for i in range(3):
         low[i], high[i], u[i] = min(a[i], b[i]), max(a[i], b[i]), b[i] - a[i]
     found, share, out = -1, 0.0, -1
-    m = len(cubes.low) // 2
+    m = len(cubes.box) // 2
     waiting, count = np.empty(DEEP, dtype=np.int64), 1
     waiting[0] = 1
     while count > 0:
         count -= 1
         box = waiting[count]
-        if _apart(low, high, cubes.low[box], cubes.high[box]) >= max(least, 1e-9):
+        if _apart(low, high, cubes.box[box]) >= max(least, 1e-9):
             continue
         if box < m:
             one, two = 2 * box, 2 * box + 1
-            near = _apart(low, high, cubes.low[one], cubes.high[one])
-            if near <= _apart(low, high, cubes.low[two], cubes.high[two]):
+            near = _apart(low, high, cubes.box[one])
+            if near <= _apart(low, high, cubes.box[two]):
                 one, two = two, one
             waiting[count], waiting[count + 1] = one, two  # the nearer one comes next
             count += 2
@@ -133,9 +132,9 @@ def nearest_cube(
 
 
 @compiled
-def _apart(low: Array, high: Array, other_low: Array, other_high: Array) -> float:
+def _apart(low: Array, high: Array, box: Array) -> float:
     """Distance of two boxes whose edges lie along the axes, zero where they overlap."""
     square = 0.0
     for i in range(3):
-        square += max(other_low[i] - high[i], low[i] - other_high[i], 0.0) ** 2
+        square += max(box[0, i] - high[i], low[i] - box[1, i], 0.0) ** 2
     return np.sqrt(square)

@@ -1,6 +1,7 @@
 """The compiled part of the clearance: capsules against capsules, boxes, half-spaces and cubes.
 
-Everything is culled with balls around the capsules first; what is left is exact.
+Everything is culled with balls around the capsules first; what is left is exact. The arrays are
+few: handing one to a kernel costs a quarter of a microsecond.
 """
 
 from typing import NamedTuple
@@ -23,298 +24,275 @@ BESIDE = EDGE
 
 
 class Gaps(NamedTuple):
-    """g nearest places: links (g,), distance (g,) [m], points (g, 3) and normal (g, 3), base.
+    """g nearest places.
 
-    The normal points to link `a` from link `b`; b is -1 for the cell, which stands still.
-    pair: (g,) which of the clearance's pairs it is.   part: (g,) of `Cell.names`, -1 for a link.
+    who:      (g, 4) which of the clearance's pairs it is, links a and b, and the part of the
+              cell. b is -1 for the cell, which stands still; the part is one of `Cell.names`,
+              -1 where there is a link b.
+    distance: (g,) [m] signed.
+    where:    (g, 3, 3) points on a and on b, and the normal, which points to a; base frame.
     """
 
-    pair: NDArray[np.int64]
-    a: NDArray[np.int64]
-    b: NDArray[np.int64]
-    part: NDArray[np.int64]
+    who: NDArray[np.int64]
     distance: Array
-    on_a: Array
-    on_b: Array
-    normal: Array
+    where: Array
+
+    @property
+    def pair(self) -> NDArray[np.int64]:
+        return self.who[:, 0]
+
+    @property
+    def a(self) -> NDArray[np.int64]:
+        return self.who[:, 1]
+
+    @property
+    def b(self) -> NDArray[np.int64]:
+        return self.who[:, 2]
+
+    @property
+    def part(self) -> NDArray[np.int64]:
+        return self.who[:, 3]
+
+    @property
+    def on_a(self) -> Array:
+        return self.where[:, 0]
+
+    @property
+    def on_b(self) -> Array:
+        return self.where[:, 1]
+
+    @property
+    def normal(self) -> Array:
+        return self.where[:, 2]
 
 
 class Body(NamedTuple):
-    """C capsules: ends (C, 2, 3) link frame, radius (C,), those of link i from first[i] on.
-
-    Q pieces of them: of (Q,) which capsule, share (Q, 2) from where to where of its axis.
-    """
+    """Q capsules: ends (Q, 2, 3) link frame, radius (Q,), link (Q,); link i's begin at first[i]."""
 
     ends: Array
     radius: Array
     link: NDArray[np.int64]
     first: NDArray[np.int64]
-    of: NDArray[np.int64]
-    share: Array
 
 
 class Cases(NamedTuple):
-    """What is measured: two links, (piece, box), (piece, plane), (piece, all that was learned)."""
+    """What is measured: links (p, 2) two links, cell (c, 2) a capsule and a part of the cell."""
 
-    links: NDArray[np.int64]  # (p, 2)
-    boxes: NDArray[np.int64]  # (b, 2)
-    planes: NDArray[np.int64]  # (h, 2)
-    learned: NDArray[np.int64]  # (l,)
+    links: NDArray[np.int64]
+    cell: NDArray[np.int64]
 
 
 class Parts(NamedTuple):
-    """The cell: boxes (B, 4, 4) and (B, 3), planes (H, 4) normal and height along it."""
+    """The parts of the cell in their order: boxes (B, 4, 4) and (B, 3), planes, learned cubes.
+
+    plane: (H, 4) normal and height along it.
+    """
 
     T_box_base: Array
     half: Array
     plane: Array
+    cubes: Cubes
 
 
 @compiled
 def measure(
-    T_base_link: Array,
-    body: Body,
-    pairs: Cases,
-    parts: Parts,
-    cubes: Cubes,
-    within: float,
+    T_base_link: Array, body: Body, cases: Cases, parts: Parts, within: float, links_within: float,
     out: Gaps,
-) -> int:
-    """Write down what is `within`; how many that are."""
-    base, centre, ball = _place(T_base_link, body)
-    n = _to_links(base, centre, ball, body, pairs.links, within, out)
-    ends, centre, ball = _cut(base, body)
-    n = _to_boxes(ends, centre, ball, body, pairs, parts, within, n, out)
-    n = _to_planes(ends, body, pairs, parts, within, n, out)
-    return _to_cubes(ends, body, pairs, parts, cubes, within, n, out)
-
-
-@compiled
-def _place(T_base_link: Array, body: Body) -> tuple[Array, Array, Array]:
-    """Ends (C, 2, 3) of the capsules, base frame, and the balls around them: (C, 3), (C,)."""
-    C = len(body.radius)
-    base, centre, ball = np.empty((C, 2, 3)), np.empty((C, 3)), np.empty(C)
-    for c in range(C):
-        T = T_base_link[body.link[c]]
-        for e in range(2):
-            for i in range(3):
-                v = T[i, 3]
-                for k in range(3):
-                    v += T[i, k] * body.ends[c, e, k]
-                base[c, e, i] = v
-        _surround(base[c], body.radius[c], c, centre, ball)
-    return base, centre, ball
-
-
-@compiled
-def _cut(base: Array, body: Body) -> tuple[Array, Array, Array]:
-    """Ends (Q, 2, 3) of the pieces, base frame, and the balls around them: (Q, 3), (Q,)."""
-    Q = len(body.of)
-    ends, centre, ball = np.empty((Q, 2, 3)), np.empty((Q, 3)), np.empty(Q)
-    for q in range(Q):
-        c = body.of[q]
-        for e in range(2):
-            t = body.share[q, e]
-            for i in range(3):
-                ends[q, e, i] = (1.0 - t) * base[c, 0, i] + t * base[c, 1, i]
-        _surround(ends[q], body.radius[c], q, centre, ball)
-    return ends, centre, ball
-
-
-@compiled
-def _surround(ends: Array, radius: float, row: int, centre: Array, ball: Array) -> None:
-    square = 0.0
-    for i in range(3):
-        centre[row, i] = 0.5 * (ends[0, i] + ends[1, i])
-        square += (ends[1, i] - ends[0, i]) ** 2
-    ball[row] = 0.5 * np.sqrt(square) + radius
-
-
-@compiled
-def _to_links(
-    base: Array,
-    centre: Array,
-    ball: Array,
-    body: Body,
-    links: NDArray[np.int64],
-    within: float,
-    out: Gaps,
-) -> int:
-    """The nearest two capsules of each pair of links."""
+) -> int:  # fmt: skip
+    """Write down the gaps to the cell that are `within`, and those of links; how many all are."""
+    ends, centre, ball = place(T_base_link, body)
     n = 0
-    x, y = np.empty(3), np.empty(3)
-    for p in range(len(links)):
-        a, b, least = links[p, 0], links[p, 1], within
-        for c in range(body.first[a], body.first[a + 1]):
-            for o in range(body.first[b], body.first[b + 1]):
-                square = 0.0
-                for i in range(3):
-                    square += (centre[c, i] - centre[o, i]) ** 2
-                if square >= (within + ball[c] + ball[o]) ** 2:
-                    continue
-                s, t = between(base[c, 0], base[c, 1], base[o, 0], base[o, 1])
-                square = 0.0
-                for i in range(3):
-                    x[i] = (1.0 - s) * base[c, 0, i] + s * base[c, 1, i]
-                    y[i] = (1.0 - t) * base[o, 0, i] + t * base[o, 1, i]
-                    square += (x[i] - y[i]) ** 2
-                distance = np.sqrt(square) - body.radius[c] - body.radius[o]
-                if distance < least:
-                    least = distance
-                    _write(x, y, body.radius[c], body.radius[o], 1.0, out, n)
-                    out.pair[n], out.a[n], out.b[n], out.part[n] = p, a, b, -1
-                    out.distance[n] = distance
-        if least < within:
+    for k in range(len(cases.links)):
+        if _between_links(ends, centre, ball, body, cases.links[k], links_within, n, out):
+            out.who[n, 0], out.who[n, 1], out.who[n, 2] = k, cases.links[k, 0], cases.links[k, 1]
+            out.who[n, 3] = -1
+            n += 1
+    boxes, planes = len(parts.half), len(parts.plane)
+    p, u, x, y = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    for k in range(len(cases.cell)):
+        q, part = cases.cell[k, 0], cases.cell[k, 1]
+        if part < boxes:
+            T, half = parts.T_box_base[part], parts.half[part]
+            if _from_centre(centre, q, T, half) >= within + ball[q]:
+                continue
+            distance = _to_box(ends[q], body.radius[q], T, half, p, u, x, y, out.where[n])
+        elif part < boxes + planes:
+            plane = parts.plane[part - boxes]
+            distance = _to_plane(ends[q], body.radius[q], plane, out.where[n])
+        else:
+            distance = _to_cube(ends[q], body.radius[q], parts.cubes, within, x, y, out.where[n])
+        if distance < within:
+            out.who[n, 0], out.who[n, 1], out.who[n, 2] = len(cases.links) + k, body.link[q], -1
+            out.who[n, 3], out.distance[n] = part, distance
             n += 1
     return n
 
 
 @compiled
-def _to_boxes(
+def place(T_base_link: Array, body: Body) -> tuple[Array, Array, Array]:
+    """Ends (Q, 2, 3) of the capsules, base frame, and the balls around them: (Q, 3), (Q,)."""
+    Q = len(body.radius)
+    ends, centre, ball = np.empty((Q, 2, 3)), np.empty((Q, 3)), np.empty(Q)
+    for q in range(Q):
+        T = T_base_link[body.link[q]]
+        for e in range(2):
+            for i in range(3):
+                v = T[i, 3]
+                for k in range(3):
+                    v += T[i, k] * body.ends[q, e, k]
+                ends[q, e, i] = v
+        square = 0.0
+        for i in range(3):
+            centre[q, i] = 0.5 * (ends[q, 0, i] + ends[q, 1, i])
+            square += (ends[q, 1, i] - ends[q, 0, i]) ** 2
+        ball[q] = 0.5 * np.sqrt(square) + body.radius[q]
+    return ends, centre, ball
+
+
+@compiled
+def _between_links(
     ends: Array,
     centre: Array,
     ball: Array,
     body: Body,
-    pairs: Cases,
-    parts: Parts,
+    links: NDArray[np.int64],
     within: float,
     n: int,
     out: Gaps,
-) -> int:
-    """Append the gaps between pieces and boxes; how many there are then."""
-    p, u, x, y = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    every = np.ones(6, dtype=np.bool_)
-    for k in range(len(pairs.boxes)):
-        q, box = pairs.boxes[k, 0], pairs.boxes[k, 1]
-        T, half = parts.T_box_base[box], parts.half[box]
-        square = 0.0
-        for i in range(3):
-            v = T[i, 3]
-            for j in range(3):
-                v += T[i, j] * centre[q, j]
-            square += max(abs(v) - half[i], 0.0) ** 2
-        if square >= (within + ball[q]) ** 2:
-            continue
-        for i in range(3):
-            p[i], u[i] = T[i, 3], 0.0
-            for j in range(3):
-                p[i] += T[i, j] * ends[q, 0, j]
-                u[i] += T[i, j] * (ends[q, 1, j] - ends[q, 0, j])
-        s, square = to_box(p, u, half)
-        radius, face = body.radius[body.of[q]], -1
-        distance = np.sqrt(square) - radius
-        if square <= TOUCHING:
-            s, depth, face = deepest(p, u, half, every)
-            distance = -depth - radius
-        if distance >= within:
-            continue
-        for i in range(3):
-            x[i] = p[i] + s * u[i] - T[i, 3]
-            y[i] = min(max(p[i] + s * u[i], -half[i]), half[i]) - T[i, 3]
-        if face >= 0:
-            y[face // 2] = (half[face // 2] if face % 2 == 0 else -half[face // 2]) - T[
-                face // 2, 3
-            ]
-        _turn_back(T, x)
-        _turn_back(T, y)
-        _write(x, y, radius, 0.0, -1.0 if face >= 0 else 1.0, out, n)
-        out.pair[n], out.part[n] = len(pairs.links) + k, box
-        out.a[n], out.b[n], out.distance[n] = body.link[body.of[q]], -1, distance
-        n += 1
-    return n
-
-
-@compiled
-def _turn_back(T: Array, x: Array) -> None:
-    """Turn x (3,) by the inverse of the rotation of T (4, 4)."""
-    a, b, c = x[0], x[1], x[2]
-    for i in range(3):
-        x[i] = T[0, i] * a + T[1, i] * b + T[2, i] * c
-
-
-@compiled
-def _to_planes(
-    ends: Array, body: Body, pairs: Cases, parts: Parts, within: float, n: int, out: Gaps
-) -> int:
-    """Append the gaps between pieces and half-spaces: one end of a piece is the lowest."""
-    for k in range(len(pairs.planes)):
-        q, plane = pairs.planes[k, 0], parts.plane[pairs.planes[k, 1]]
-        radius, lowest, height = body.radius[body.of[q]], 0, np.inf
-        for e in range(2):
-            h = -plane[3]
+) -> bool:
+    """Is some capsule of one link `within` one of the other? Writes the places of the nearest."""
+    least = within
+    for c in range(body.first[links[0]], body.first[links[0] + 1]):
+        for o in range(body.first[links[1]], body.first[links[1] + 1]):
+            square = 0.0
             for i in range(3):
-                h += plane[i] * ends[q, e, i]
-            if h < height:
-                lowest, height = e, h
-        if height - radius >= within:
-            continue
-        for i in range(3):
-            out.normal[n, i] = plane[i]
-            out.on_a[n, i] = ends[q, lowest, i] - radius * plane[i]
-            out.on_b[n, i] = ends[q, lowest, i] - height * plane[i]
-        out.pair[n] = len(pairs.links) + len(pairs.boxes) + k
-        out.part[n] = len(parts.half) + pairs.planes[k, 1]
-        out.a[n], out.b[n], out.distance[n] = body.link[body.of[q]], -1, height - radius
-        n += 1
-    return n
+                square += (centre[c, i] - centre[o, i]) ** 2
+            if square >= (least + ball[c] + ball[o]) ** 2:
+                continue
+            a, b, rx, ry = ends[c], ends[o], body.radius[c], body.radius[o]
+            s, t = between(a[0], a[1], b[0], b[1])
+            square = 0.0
+            for i in range(3):
+                square += (
+                    a[0, i] + s * (a[1, i] - a[0, i]) - b[0, i] - t * (b[1, i] - b[0, i])
+                ) ** 2
+            distance = np.sqrt(square) - rx - ry
+            if distance < least:
+                least = distance
+                for i in range(3):
+                    out.where[n, 0, i] = a[0, i] + s * (a[1, i] - a[0, i])
+                    out.where[n, 1, i] = b[0, i] + t * (b[1, i] - b[0, i])
+                _lead_out(rx, ry, 1.0, out.where[n])
+                out.distance[n] = distance
+    return least < within
 
 
 @compiled
-def _to_cubes(
+def _from_centre(centre: Array, q: int, T: Array, half: Array) -> float:
+    """Distance [m] of the q-th of the places centre (Q, 3) to a box, 0 inside."""
+    square = 0.0
+    for i in range(3):
+        v = T[i, 0] * centre[q, 0] + T[i, 1] * centre[q, 1] + T[i, 2] * centre[q, 2] + T[i, 3]
+        square += max(abs(v) - half[i], 0.0) ** 2
+    return np.sqrt(square)
+
+
+@compiled
+def _to_box(
     ends: Array,
-    body: Body,
-    pairs: Cases,
-    parts: Parts,
-    cubes: Cubes,
-    within: float,
-    n: int,
-    out: Gaps,
-) -> int:
-    """Append the gap between each piece and the learned cube that is nearest to it."""
-    x, y = np.empty(3), np.empty(3)
-    for k in range(len(pairs.learned) if len(cubes.centre) else 0):
-        q = pairs.learned[k]
-        radius = body.radius[body.of[q]]
-        more = radius + BESIDE
-        distance = nearest_cube(ends[q, 0], ends[q, 1], within + more, cubes, x, y)
-        if distance - more >= within:
-            continue
-        _write(x, y, radius, 0.0, -1.0 if distance < 0.0 else 1.0, out, n)
-        out.pair[n] = len(pairs.links) + len(pairs.boxes) + len(pairs.planes) + k
-        out.part[n] = len(parts.half) + len(parts.plane)
-        out.a[n], out.b[n], out.distance[n] = body.link[body.of[q]], -1, distance - more
-        n += 1
-    return n
+    radius: float,
+    T: Array,
+    half: Array,
+    p: Array,
+    u: Array,
+    x: Array,
+    y: Array,
+    where: Array,
+) -> float:
+    """Distance [m] of a capsule to a box, T (4, 4) its frame; p, u, x, y: scratch (3,)."""
+    for i in range(3):
+        p[i], u[i] = T[i, 3], 0.0
+        for j in range(3):
+            p[i] += T[i, j] * ends[0, j]
+            u[i] += T[i, j] * (ends[1, j] - ends[0, j])
+    s, square = to_box(p, u, half)
+    distance, face = np.sqrt(square), -1
+    if square <= TOUCHING:
+        s, depth, face = deepest(p, u, half, np.ones(6, dtype=np.bool_))
+        distance = -depth
+    for i in range(3):
+        x[i] = p[i] + s * u[i]
+        y[i] = min(max(x[i], -half[i]), half[i])
+    if face >= 0:
+        y[face // 2] = half[face // 2] if face % 2 == 0 else -half[face // 2]
+    for i in range(3):
+        where[0, i], where[1, i] = 0.0, 0.0
+        for j in range(3):
+            where[0, i] += T[j, i] * (x[j] - T[j, 3])
+            where[1, i] += T[j, i] * (y[j] - T[j, 3])
+    _lead_out(radius, 0.0, -1.0 if face >= 0 else 1.0, where)
+    return distance - radius
 
 
 @compiled
-def stuck(T: Array, body: Body, cubes: Cubes, out: NDArray[np.bool_]) -> None:
-    """Set out (Q,) where a piece is too close to a cube in all postures T (m, L, 4, 4)."""
+def _to_plane(ends: Array, radius: float, plane: Array, where: Array) -> float:
+    """Distance [m] of a capsule to a half-space: one of its ends is the lowest."""
+    lowest, height = 0, np.inf
+    for e in range(2):
+        h = plane[0] * ends[e, 0] + plane[1] * ends[e, 1] + plane[2] * ends[e, 2] - plane[3]
+        if h < height:
+            lowest, height = e, h
+    for i in range(3):
+        where[0, i] = ends[lowest, i] - radius * plane[i]
+        where[1, i] = ends[lowest, i] - height * plane[i]
+        where[2, i] = plane[i]
+    return height - radius
+
+
+@compiled
+def _to_cube(
+    ends: Array, radius: float, cubes: Cubes, within: float, x: Array, y: Array, where: Array
+) -> float:
+    """Distance [m] of a capsule to the nearest learned cube, less `BESIDE`."""
+    more = radius + BESIDE
+    distance = nearest_cube(ends[0], ends[1], within + more, cubes, x, y)
+    if distance == np.inf:
+        return np.inf
+    for i in range(3):
+        where[0, i], where[1, i] = x[i], y[i]
+    _lead_out(radius, 0.0, -1.0 if distance < 0.0 else 1.0, where)
+    return distance - more
+
+
+@compiled
+def _lead_out(rx: float, ry: float, sign: float, where: Array) -> None:
+    """Move the places on two axes, or on an axis and the cell, out by radii rx, ry; the normal.
+
+    sign: -1 where the first lies in the cell, so that the way out is from it to the second.
+    """
+    square = 0.0
+    for i in range(3):
+        square += (where[0, i] - where[1, i]) ** 2
+    length = np.sqrt(square)
+    for i in range(3):
+        n = 1.0 if i == 2 else 0.0  # axes that cross: any direction leads out
+        if length >= 1e-9:
+            n = sign * (where[0, i] - where[1, i]) / length
+        where[0, i] -= rx * n
+        where[1, i] += ry * n
+        where[2, i] = n
+
+
+@compiled
+def always_in(T: Array, body: Body, cubes: Cubes, out: NDArray[np.bool_]) -> None:
+    """Set out (Q,) where a capsule is too close to a cube in all postures T (m, L, 4, 4)."""
     out[:] = len(cubes.centre) > 0
     x, y = np.empty(3), np.empty(3)
     for m in range(len(T)):
         if not out.any():
             return
-        ends, _, _ = _cut(_place(T[m], body)[0], body)
+        ends, _, _ = place(T[m], body)
         for q in range(len(out)):
             if out[q]:
-                most = KEPT + BESIDE + body.radius[body.of[q]]
+                most = KEPT + BESIDE + body.radius[q]
                 out[q] = nearest_cube(ends[q, 0], ends[q, 1], most, cubes, x, y) < most
-
-
-@compiled
-def _write(x: Array, y: Array, rx: float, ry: float, sign: float, out: Gaps, row: int) -> None:
-    """Note the places x and y (3,) on two axes or on an axis and the cell, with radii rx, ry.
-
-    sign: -1 where x lies in the cell, so that the way out is from x to y.
-    """
-    square = 0.0
-    for i in range(3):
-        square += (x[i] - y[i]) ** 2
-    length = np.sqrt(square)
-    for i in range(3):
-        n = 1.0 if i == 2 else 0.0  # axes that cross: any direction leads out
-        if length >= 1e-9:
-            n = sign * (x[i] - y[i]) / length
-        out.normal[row, i] = n
-        out.on_a[row, i], out.on_b[row, i] = x[i] - rx * n, y[i] + ry * n

@@ -34,7 +34,8 @@ BRAKING = 0.5  # share of the reachable deceleration that is counted on
 CLOSE = 0.12  # [m] nearer than this also such a point is led away, fully from half of it on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up
-SELF_WITHIN = 0.3  # [m] farther links of the robot, and parts of the cell, are no bounds
+SELF_WITHIN = 0.15  # [m] farther links of the robot are no bounds
+CELL_WITHIN = 0.3  # [m] nor farther parts of the cell, at which a stretched arm can come fast
 SELF_GAIN = 5.0  # [1/s]
 SPARE = 0.5  # share of that deceleration to plan with: a wrist that turns takes the rest
 LEVER = 0.01  # [m, or 1 for a sliding joint] see `_own`
@@ -96,7 +97,7 @@ class Bounds:
             posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal), pairs.distance,
             NOTHING if pairs.approach is None else pairs.approach,
             ceiling(pairs, params) if in_use(params) else NOTHING,
-            _damping(params), box, self._clearance.measure(posture, SELF_WITHIN),
+            _damping(params), box, self._clearance.measure(posture, CELL_WITHIN, SELF_WITHIN),
             posture.J_base, robot.supports, params.v_esc, params.kappa,
             Rows(J, bound, linear, quadratic, source, inside, urgent),
         )  # fmt: skip
@@ -285,12 +286,12 @@ def _own(
     for k in np.argsort(gaps.distance, kind="mergesort"):
         if m == most:
             break
-        d, b = gaps.distance[k], gaps.b[k]
+        d, b, where = gaps.distance[k], gaps.who[k, 2], gaps.where[k]
         J, reach, brake, lever = out.jacobian[m], 0.0, 0.0, 0.0
         J[:] = 0.0
-        _add_rate(gaps.a[k], gaps.on_a[k], gaps.normal[k], 1.0, J_base, supports, J)
+        _add_rate(gaps.who[k, 1], where[0], where[2], 1.0, J_base, supports, J)
         if b >= 0:
-            _add_rate(b, gaps.on_b[k], gaps.normal[k], -1.0, J_base, supports, J)
+            _add_rate(b, where[1], where[2], -1.0, J_base, supports, J)
         for j in range(len(J)):
             reach += abs(J[j]) * box.speed * box.qd_max[j]
             brake += BRAKING * abs(J[j]) * box.qdd_max[j]

@@ -97,7 +97,7 @@ class Page:
     def _build(self, engine: Engine, clock: Clock, shapes: Shapes) -> None:
         server, gui = self.server, self.server.gui
         traffic = Traffic(server)
-        self.stage = Stage(server)
+        self.stage = Stage(server, engine.cell)
         self.cell = CellView(server, engine.cell)
         self.robot = RobotView(server, engine)
         self.cloud = CloudView(server, engine)

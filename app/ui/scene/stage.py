@@ -3,16 +3,19 @@
 import numpy as np
 import viser
 
+from app.cell.parts import Cell
 from app.messages import BodyPose, Snapshot
+from app.ui.scene.cell_view import outline
 from app.ui.scene.switch import Switch
 
+UPRIGHT = 0.9  # of a plane's z axis along the base's: the plane is a floor
 GAP = 0.002  # [m] below what stands on the ground, so that the two do not flicker
 
 
 class Stage:
-    """Built once; only the ground sinks below the lowest thing of the world."""
+    """Built once; only the ground sinks below the lowest thing of the world, or of the cell."""
 
-    def __init__(self, server: viser.ViserServer) -> None:
+    def __init__(self, server: viser.ViserServer, cell: Cell) -> None:
         scene = server.scene
         self._scene = scene
         scene.configure_environment_map("studio", environment_intensity=0.6)
@@ -32,8 +35,9 @@ class Stage:
             plane_opacity=1.0,
             shadow_opacity=0.15,
             fade_distance=9.0,
-            position=(0.0, 0.0, -GAP),
+            position=(0.0, 0.0, min(0.0, bottom_of(cell)) - GAP),
         )
+        self._bottom = bottom_of(cell)  # where nothing is simulated
         self._known: frozenset[str] = frozenset()
         camera = server.initial_camera
         camera.position, camera.look_at = (1.55, -1.95, 1.25), (0.28, 0.0, 0.36)
@@ -44,7 +48,8 @@ class Stage:
         if names != self._known:  # a dragged body does not move the ground
             self._known = names
             still = [p for p in snapshot.world if not p.view.movable]
-            self._grid.position = (0.0, 0.0, min([0.0, *map(lowest, still)]) - GAP)
+            heights = map(lowest, still) if still else [self._bottom]
+            self._grid.position = (0.0, 0.0, min(0.0, *heights) - GAP)
 
     def switches(self) -> list[Switch]:
         ground = Switch("Ground", True, lambda on: setattr(self._grid, "visible", on))
@@ -54,6 +59,13 @@ class Stage:
     def cast_shadows(self, on: bool) -> None:
         """Shadows tell how high a thing hovers, but are drawn anew for every picture."""
         self._scene.configure_default_lights(cast_shadow=on)
+
+
+def bottom_of(cell: Cell) -> float:
+    """Height [m] of the cell's lowest floor, or of what its boxes stand on, base frame."""
+    level = [p.T_base_plane for p in cell.planes if p.T_base_plane[2, 2] > UPRIGHT]
+    heights = [float(T[2, 3]) for T in level]
+    return min(heights or [float(outline(box)[..., 2].min()) for box in cell.boxes], default=0.0)
 
 
 def lowest(body: BodyPose) -> float:
