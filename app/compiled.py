@@ -46,6 +46,7 @@ Progress = Callable[[int, int, str], None]  # number, of how many, name
 config: Any = numba.config  # its settings are made at run time
 kernels: list["Kernel"] = []  # all that have been defined
 _kind_of: Any = typeof_impl.dispatch(np.ndarray)
+_Dispatcher: Any = CPUDispatcher  # numba says nothing of its types
 
 
 @typeof_impl.register(np.ndarray)
@@ -67,7 +68,7 @@ def compiled(function: Callable[..., Any]) -> "Kernel":
     return kernel
 
 
-class Kernel(CPUDispatcher):  # type: ignore[misc]
+class Kernel(_Dispatcher):
     """A compiled function with one version for those who call it from Python."""
 
     def __init__(self, function: Callable[..., Any]) -> None:
@@ -82,9 +83,8 @@ class Kernel(CPUDispatcher):  # type: ignore[misc]
     def _compile_for_args(self, *args: Any, **named: Any) -> Any:
         """numba's, which is asked where no version fits the arguments of a call from Python."""
         version = self._settled(tuple(self.typeof_pyval(a) for a in args))
-        for name, new, old in zip(
-            self.py_func.__code__.co_varnames, version, self._version or version
-        ):
+        names = self.py_func.__code__.co_varnames  # the arguments come first among them
+        for name, new, old in zip(names, version, self._version or version, strict=False):
             if new != old or getattr(new, "layout", "C") != "C":
                 raise TypeError(
                     f"{self.__name__} has one version, which takes {name} as {old}, and only "
@@ -111,7 +111,7 @@ def told(progress: Progress) -> Iterator[None]:
         event.unregister("numba:compile", listener)
 
 
-class _Teller(event.Listener):  # type: ignore[misc]
+class _Teller(event.Listener):
     def __init__(self, progress: Progress) -> None:
         self._progress, self._count = progress, 0
 

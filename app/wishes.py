@@ -47,7 +47,8 @@ class Wishes:
                     case asked.Remark(words=words, refused=refused):
                         self.notice = Notice(words, refused)
                     case _ if not isinstance(action, asked.OF_THE_PLANT):
-                        _change_background(action, x.now, perception, controllers)
+                        words = _change_background(action, x.now, perception, controllers)
+                        self.notice = Notice(words)
             except Exception as error:
                 known = isinstance(error, FlinchError | ValueError)
                 words = str(error) if known else f"{type(action).__name__} failed: {error!r}"
@@ -74,8 +75,11 @@ class Wishes:
 
 def _change_background(
     action: asked.Action, now: float, perception: Perception, controllers: Controllers
-) -> None:
-    """Learn, keep, discard or forget; what hides from perception bounds motion at once."""
+) -> str:
+    """Learn, keep, discard or forget; what hides from perception bounds motion at once.
+
+    Returns what a person should be told of it.
+    """
     background = perception.background
     match action:
         case asked.LearnBackground(seconds=seconds):
@@ -91,3 +95,5 @@ def _change_background(
     if isinstance(action, asked.KeepBackground | asked.ForgetBackground):
         perception.know(background.known)
         controllers.know(background.known)
+        return f"{len(background.known)} learned cubes are known from now on"
+    return ""

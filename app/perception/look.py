@@ -121,9 +121,9 @@ def closest(out: Found, moves: NDArray[np.bool_]) -> int:
     """Row of the smallest distance of what moves (L,), -1 if it has no pair."""
     first, k = -1, len(out.row) // len(moves)
     for b in range(len(out.row)):
-        if moves[b // k] and out.row[b] >= 0:
-            if first < 0 or out.distance[b] < out.distance[first]:
-                first = b
+        nearer = first < 0 or out.distance[b] < out.distance[first]
+        if moves[b // k] and out.row[b] >= 0 and nearer:
+            first = b
     return first
 
 
