@@ -87,9 +87,7 @@ $(PY):
 $(RUN): pyproject.toml constraints.txt $(PY)
 	@echo "Installing Flinch into $(VENV) (a minute or two, only when the requirements change)"
 	@$(PIP_INSTALL) -e .
-	@echo "Compiling the kernels (half a minute, once)"
-	@$(PY) -c "from app.timing import WallClock; from app.wiring import Setup, build_engine; \
-	  engine = build_engine(Setup(), WallClock()); engine.start(); engine.stop()"
+	@$(VENV)/bin/flinch kernels
 	@touch $@
 
 $(DEV): pyproject.toml constraints.txt $(PY)

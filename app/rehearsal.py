@@ -1,4 +1,8 @@
-"""Every kernel called once, in every way, before an arm may move: nothing compiles later."""
+"""Every kernel called once, in every way, before an arm may move: nothing compiles later.
+
+A kernel has one version (`app.compiled`), so it is enough that each is called. A brain of its
+own is run in every mode with every switch turned, before something near and with pairs held.
+"""
 
 from dataclasses import replace
 from typing import get_args
@@ -7,34 +11,67 @@ import numpy as np
 
 from app.brain import Brain
 from app.cell.parts import Cell
-from app.config import ControlMode, Params
-from app.messages import SLOTS, JointState, SensorFrame, freeze
+from app.compiled import Progress, told
+from app.config import ControlMode, Params, change, tunables
+from app.messages import SLOTS, Goal, JointState, SensorFrame, freeze
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import ArmReport, Inputs, SourceReport
 
+SWITCHES = tuple(t.name for t in tunables() if t.kind is bool)
+STEPS = ((0.3, 0.1), (0.31, 0.1), (0.31, 0.004))  # [m] all zones, [s] later; the last holds pairs
 
-def rehearse(robot: Robot, skin: Skin, cell: Cell, params: Params) -> None:
-    """Tick a brain of its own once in every way.
 
-    Seconds on the very first start, a moment once the kernels' cache on disk is filled.
+def silent(number: int, of: int, name: str) -> None:
+    """Nobody wants to know."""
+
+
+def rehearse(
+    robot: Robot, skin: Skin, cell: Cell, params: Params, progress: Progress = silent
+) -> None:
+    """Tick a brain of its own in every way.
+
+    A minute on the very first start, with `progress` told of each kernel that is compiled; a
+    second once they are kept on disk.
     """
-    still = freeze(np.zeros(robot.n))  # as an arm's state is
+    with told(progress):
+        brain = Brain(robot, skin, cell, params, goal=_aside(robot))
+        stamp = 0.0
+        for mode in get_args(ControlMode):
+            for name in ("mode", *SWITCHES):
+                now = replace(params, mode=mode)
+                if name != "mode":
+                    now = change(now, {name: not getattr(now, name)})
+                brain.wishes.params = now
+                for depth, later in STEPS:
+                    stamp += later
+                    out = brain.tick(_inputs(robot, skin, stamp, depth))
+                    if out.trace:
+                        raise RuntimeError(f"rehearsing {mode} with {name} turned\n{out.trace}")
+        _seldom(brain, stamp)
+
+
+def _aside(robot: Robot) -> Goal:
+    """A goal that the arm is not at."""
+    T = robot.posture(robot.home).T_base_tool.copy()
+    T[:3, 3] += 0.1
+    return Goal(freeze(T))
+
+
+def _inputs(robot: Robot, skin: Skin, stamp: float, depth: float) -> Inputs:
+    still = freeze(np.zeros(robot.n))
     full = (np.full(SLOTS, 5, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8))
+    frames = tuple(
+        SensorFrame(k, stamp, 0, np.full(SLOTS, depth), *full) for k in range(skin.count)
+    )
+    joints = JointState(stamp, freeze(robot.home.copy()), still)
     everybody = SourceReport(np.ones(skin.count, dtype=bool))
-    brain = Brain(robot, skin, cell, params)
-    stamp = 0.0
-    for mode in get_args(ControlMode):
-        for memory in (False, True):
-            brain.wishes.params = replace(params, mode=mode, memory=memory, many_pairs=memory)
-            for depth, later in ((0.3, 0.1), (0.31, 0.1), (0.31, 0.004)):  # the last holds pairs
-                stamp += later
-                frames = tuple(
-                    SensorFrame(k, stamp, 0, np.full(SLOTS, depth), *full)
-                    for k in range(skin.count)
-                )
-                joints = JointState(stamp, robot.home, still)
-                brain.tick(
-                    Inputs(0, stamp, 0.004, 0.0, joints, still, ArmReport(), frames, everybody)
-                )
-    brain._perception._memory.mark_moving(np.zeros((1, 3)), stamp)  # here nothing has moved
+    return Inputs(0, stamp, 0.004, 0.0, joints, still, ArmReport(), frames, everybody)
+
+
+def _seldom(brain: Brain, stamp: float) -> None:
+    """What only happens when something moves, or when a tick fails."""
+    brain._perception._memory.mark_moving(np.zeros((1, 3)), stamp)
+    robot = brain.robot
+    nowhere = JointState(stamp, np.full(robot.n, np.nan), np.zeros(robot.n))
+    brain.tick(replace(_inputs(robot, brain.skin, stamp, 0.3), joints=nowhere, frames=()))

@@ -18,11 +18,12 @@ import numpy as np
 
 from app.actions import OF_THE_PLANT, Action, Remark
 from app.brain import Brain
+from app.compiled import Progress
 from app.errors import FlinchError
 from app.ghost import Ghost
 from app.messages import Mode, Snapshot, Status, Timing
 from app.plant.plant import Plant, Reading, nothing_read, refusal
-from app.rehearsal import rehearse
+from app.rehearsal import rehearse, silent
 from app.tick import Follower, Inputs, Outputs, Tick, snapshot_of
 from app.timing import (
     Clock,
@@ -49,12 +50,12 @@ class Engine:
         self.snapshots: Latest[Snapshot] = Latest()
         self.ticker = Ticker(clock, 1.0 / rate)
         self.ghost: Ghost | None = None
+        self.progress: Progress = silent  # told of each kernel that `start` has to compile
         self.warnings: tuple[str, ...] = ()  # what a person should know before it starts
         self._clock, self._period = clock, 1.0 / rate
         self._actions: queue.SimpleQueue[Action] = queue.SimpleQueue()
         self._followers: tuple[Follower, ...] = ()
-        self._trace = ""  # of the last tick
-        self._fault = ""  # what failed in this machine since the last tick
+        self._trace = self._fault = ""  # of the last tick; what failed in this machine since
         self._last: Reading | None = None
         self._stamp: float | None = None  # [s] of the last tick
         self._tick = 0
@@ -159,7 +160,7 @@ class Engine:
             raise RuntimeError("the engine runs already")
         sys.setswitchinterval(SWITCH)
         brain = self.brain
-        rehearse(brain.robot, brain.skin, brain.cell, brain.params)
+        rehearse(brain.robot, brain.skin, brain.cell, brain.params, self.progress)
         gc.collect()
         gc.freeze()  # what lives on is not looked through again while the arm moves
         self._quit.clear()

@@ -234,7 +234,7 @@ def test_a_gap_that_no_joint_can_change_is_no_bound_and_takes_no_place_of_one(ro
     rows = bounds.rows(posture, NOTHING, Params(), -free, free, np.zeros(6), 1e6)
     gaps = Clearance(robot, Cell(boxes=(*foot, under))).measure(posture, 0.15)
     assert (np.sort(gaps.distance)[:MOST_OWN] < gaps.distance[gaps.a == wrist].min()).all()
-    lift = posture.distance_rows(np.array([wrist]), at[None], np.array([[0.0, 0.0, 1.0]]))[0]
+    lift = posture.distance_rows(np.array([wrist]), at[None].copy(), np.array([[0.0, 0.0, 1.0]]))[0]
     assert (np.abs(rows.jacobian - lift).max(axis=1) < 0.1).any()
     assert (np.abs(rows.jacobian).sum(axis=1) > LEVER).all()
 

@@ -9,7 +9,6 @@ from app.cell.parts import Cell
 from app.config import Params
 from app.perception.cloud import SkinCloud
 from app.perception.memory import CAPACITY, Memory
-from app.perception.voxels import UNDECIDED
 from app.robot.skin import build_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
@@ -202,15 +201,3 @@ def test_carving_follows_the_mounting_of_the_sensor(robot, skin, rotation, mirro
     for zone in (0, 10, 29, 63):
         assert left(zone, zone) == 0
         assert all(left(zone, z) == 1 for z in (0, 7, 10, 29, 34, 56, 63) if z != zone)
-
-
-def test_what_holds_the_arm_back_is_known_to_stand_still(robot, skin, beside):
-    beside.run(0.25, robot.home)
-    kind = beside.memory._voxels.kind[: len(beside.memory.use)]
-    rows = np.flatnonzero(beside.memory.use & (kind == UNDECIDED))  # noise makes a few move
-    points = beside.memory.points[rows].copy()
-    held = int(rows[np.argmin(np.abs(points[:, 1] - 0.75))])
-    beside.memory.hold(held)
-    beside.eye.muted.update(range(skin.count))
-    beside.run(6.0, robot.home)  # undecided ones live three seconds
-    assert beside.memory.use[held] and beside.memory.use.sum() < 0.2 * len(rows)

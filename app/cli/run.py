@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 import tyro
 
 from app.cli.confirm import confirm
+from app.cli.kernels import tell
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.errors import ConfigError
@@ -151,6 +152,7 @@ def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool)
     try:
         if quit_asked.is_set():
             return  # asked before anything could move
+        engine.progress = tell
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)
