@@ -201,3 +201,53 @@ def test_carving_follows_the_mounting_of_the_sensor(robot, skin, rotation, mirro
     for zone in (0, 10, 29, 63):
         assert left(zone, zone) == 0
         assert all(left(zone, z) == 1 for z in (0, 7, 10, 29, 34, 56, 63) if z != zone)
+
+
+def test_what_nobody_has_looked_at_again_is_not_forgotten(robot, skin, beside):
+    beside.run(0.25, robot.home)  # too short to be known as standing still
+    seen = beside.held(*HERE)
+    beside.eye.muted.update(range(skin.count))
+    beside.run(6.0, robot.home)
+    assert seen > 30 and beside.held(*HERE) > 0.7 * seen
+    beside.run(25.0, robot.home)
+    assert beside.held(*HERE) == 0
+
+
+def remembered_later(robot, skin, depth, then):
+    """Is a point that one zone saw twice remembered 5 s later, `then` being the zone's status?"""
+    cloud, memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
+    posture, blind = robot.posture(robot.home), Params(ghost_filter=False)
+    for i in range(75):
+        d, status, targets = np.full(64, depth), np.full(64, 4), np.ones(64, dtype=np.uint8)
+        status[27] = 5 if i < 2 else then
+        targets[27] = status[27] != 255
+        cloud.take([frame(15, i / 15, d, status=status, targets=targets)], posture, blind)
+        memory.update(cloud.view(i / 15, blind), np.array([15]), posture)
+        for _ in range(8):
+            memory.age(i / 15, posture)
+        assert memory.use.sum() == 1 or i != 2
+    return bool(memory.use.any())
+
+
+BAD, NO_ECHO = 4, 255
+
+
+def test_what_was_looked_at_and_not_seen_again_is_forgotten_soon(robot, skin):
+    assert remembered_later(robot, skin, 0.8, BAD)  # the zone has not seen that far
+    assert not remembered_later(robot, skin, 0.8, NO_ECHO)
+
+
+def test_what_was_only_seen_right_before_the_arm_itself_is_forgotten_soon(robot, skin):
+    assert remembered_later(robot, skin, 0.15, BAD)
+    assert not remembered_later(robot, skin, 0.05, BAD)
+
+
+def test_what_is_known_to_stand_still_is_as_old_as_its_last_sight(robot, skin, beside):
+    beside.run(1.5, robot.home)
+    rows, now = np.flatnonzero(beside.memory.use), beside.t
+    beside.eye.muted.update(range(skin.count))
+    beside.run(4.0, robot.home)
+    left = rows[beside.memory.use[rows]]
+    assert len(left) > 30
+    ages = beside.memory.ages(left, beside.t)
+    assert (ages >= beside.t - now - 1e-9).all() and (ages < 30.0).all()

@@ -22,12 +22,14 @@ LEFT = 32  # voxels of one frame that left and whose neighbourhood is looked at
 class Sight(NamedTuple):
     """What one frame says of its zones (64,).
 
-    depth: [m] up to which it has looked, 0 where it says nothing, +inf without an echo.
-    clear: [m] up to which it is free of the world, 0 where it says nothing.
+    echo:  [m] depth of it, +inf without one, NaN where the zone says nothing.
+    past:  [m] depth up to which it has looked past, -inf where it says nothing.
+    clear: [m] depth up to which it is free of the world, -inf where it says nothing.
     weak:  the zone had no echo.
     """
 
-    depth: Array
+    echo: Array
+    past: Array
     clear: Array
     weak: NDArray[np.bool_]
 
@@ -35,7 +37,9 @@ class Sight(NamedTuple):
 @compiled
 def no_sight() -> Sight:
     """Room for what a frame says."""
-    return Sight(np.empty(SLOTS), np.empty(SLOTS), np.empty(SLOTS, dtype=np.bool_))
+    return Sight(
+        np.empty(SLOTS), np.empty(SLOTS), np.empty(SLOTS), np.empty(SLOTS, dtype=np.bool_)
+    )  # fmt: skip
 
 
 @compiled
@@ -52,29 +56,36 @@ def look_along(
     Clear is it up to the nearest echo of a zone and its eight neighbours: zones at an edge see
     both sides of it.
     """
-    n, T = size * size, T_sensor_base
-    for zone in range(SLOTS):
-        sight.depth[zone], sight.clear[zone], sight.weak[zone] = 0.0, 0.0, False
-        kind = verdict[zone]
-        if zone < n and kind == NO_TARGET:
-            sight.depth[zone], sight.weak[zone] = np.inf, True
-        elif zone < n and (kind in (KEPT, STATIC_CELL, SELF, BEHIND)):
-            p = points[zone]
+    T = T_sensor_base
+    for zone in range(size * size):
+        kind, p = verdict[zone], points[zone]
+        sight.echo[zone], sight.weak[zone] = np.nan, kind == NO_TARGET
+        if kind == NO_TARGET:
+            sight.echo[zone] = np.inf
+        elif kind in (KEPT, STATIC_CELL, SELF, BEHIND):
             echo = T[2, 0] * p[0] + T[2, 1] * p[1] + T[2, 2] * p[2] + T[2, 3]
             if kind in (SELF, BEHIND):
                 echo = min(echo, echo + gap[zone])  # never beyond the body
-            sight.depth[zone] = echo
-    for zone in range(n):
-        if sight.depth[zone] == 0.0:
+            sight.echo[zone] = echo
+    for zone in range(size * size):
+        sight.past[zone] = sight.clear[zone] = -np.inf
+        if np.isnan(sight.echo[zone]):
             continue
         nearest = WITHOUT_ECHO if sight.weak[zone] else np.inf
         row, column = zone // size, zone % size
         for r in range(max(0, row - 1), min(size, row + 2)):
             for c in range(max(0, column - 1), min(size, column + 2)):
-                if sight.depth[r * size + c] != 0.0:
-                    nearest = min(nearest, sight.depth[r * size + c])
-        noise = max(NOISE_FLOOR, NOISE_SHARE * nearest)
-        sight.clear[zone] = nearest - max(MARGIN, SIGMAS * noise)
+                if sight.echo[r * size + c] < nearest:
+                    nearest = sight.echo[r * size + c]
+        sight.past[zone], sight.clear[zone] = _before(sight.echo[zone]), _before(nearest)
+
+
+@compiled
+def _before(echo: float) -> float:
+    """Depth [m] up to which an echo surely says that nothing is there."""
+    if echo == np.inf:
+        return echo
+    return echo - max(MARGIN, SIGMAS * max(NOISE_FLOOR, NOISE_SHARE * echo))
 
 
 @compiled
@@ -90,7 +101,7 @@ def carve(
     dead = 0
     limit = np.tan(pitch * size / 2.0)
     middle = (size - 1) / 2.0
-    farthest = sight.depth.max()
+    farthest = sight.past[: size * size].max()
     points, T = v.point, T_sensor_base
     za, zb, zc, zd = T[2, 0], T[2, 1], T[2, 2], T[2, 3]
     left = np.empty((LEFT, 3))
@@ -107,7 +118,7 @@ def carve(
         column = int(np.round(np.arctan(turn[0, 0] * x + turn[0, 1] * y) / pitch + middle))
         line = int(np.round(np.arctan(turn[1, 0] * x + turn[1, 1] * y) / pitch + middle))
         zone = min(max(line, 0), size - 1) * size + min(max(column, 0), size - 1)
-        if depth < sight.depth[zone]:
+        if depth < sight.past[zone]:
             v.looked[row] = now
         if depth < sight.clear[zone] and _missed(v, row, sight.weak[zone]):
             if dead < LEFT:
