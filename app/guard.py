@@ -74,8 +74,10 @@ class Guard:
         silent = self.health.silent(x.now, silence, since)
         if connected and silent >= SILENT_SHARE * connected:
             self.fault(f"{silent} of {connected} sensors silent for more than {silence:g} s", x.now)
-        age = self.health.age(x.now, since, SILENT_SHARE)
-        share = speed_share(age, slow_after, silence)
+        share, age = 1.0, 0.0
+        if self.health.silent(x.now, slow_after, since) >= SILENT_SHARE * max(connected, 1):
+            age = self.health.age(x.now, since, SILENT_SHARE)
+            share = speed_share(age, slow_after, silence)
         self.advice = "" if share == 1.0 else f"slow: the sensors are silent for {age:.1f} s"
         moves = self.mode in (Mode.RUNNING, Mode.HOLDING)
         return share * x.arm.pace, moves and x.arm.ready and self.health.heard_since(since)

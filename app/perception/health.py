@@ -69,7 +69,9 @@ class SkinHealth:
 
     def rates(self) -> Array:
         """(K,) [frames/s], 0 before the second frame."""
-        return np.nan_to_num(1.0 / self._figures.period)
+        rate = np.empty(len(self._connected))
+        _rates(self._figures.period, rate)
+        return rate
 
     def delays(self) -> Array:
         """(K,) [s] from measurement to the tick that used it, on average; NaN before a frame."""
@@ -81,7 +83,7 @@ class SkinHealth:
 
     def heard_since(self, since: float) -> bool:
         """Is there a frame that was measured at `since` [s] or later?"""
-        return bool(self._figures.last.max(initial=-np.inf) >= since)
+        return bool(_heard(self._figures.last, since))
 
     def age(self, now: float, since: float, share: float) -> float:
         """Silence [s] that this share of the connected sensors has reached, from `since` on."""
@@ -159,3 +161,19 @@ def _silent(
     for k in range(len(last)):
         count += connected[k] and now - max(last[k], since) > limit
     return count
+
+
+@compiled
+def _heard(last: Array, since: float) -> bool:
+    """Has anyone spoken at `since` or later?"""
+    found = False
+    for k in range(len(last)):
+        found |= last[k] >= since
+    return found
+
+
+@compiled
+def _rates(period: Array, rate: Array) -> None:
+    """Write frames a second (K,), 0 where no period is known."""
+    for k in range(len(period)):
+        rate[k] = 0.0 if np.isnan(period[k]) else 1.0 / period[k]
