@@ -87,7 +87,7 @@ def test_a_post_before_the_goal_is_never_come_too_near_by_an_escape(robot, escap
         p = robot.posture(s.q)
         away = p.T_base_link[4:, :3, 3] - ball
         d = np.linalg.norm(away, axis=1)
-        on = p.T_base_link[4:, :3, 3]
+        on = p.T_base_link[4:, :3, 3].copy()
         row = np.arange(4, len(robot.links))
         pairs = Pairs(row, d - 0.05, on, on - away, away / d[:, None], row, int(np.argmin(d)))
         g = stuck.goal(Goal(goal), p.T_base_tool, s.stamp)

@@ -33,6 +33,7 @@ class Stuck:
     def reset(self) -> None:
         """Forget the past; a new goal begins anew."""
         self._past: deque[tuple[float, float, float, bool]] = deque()
+        self._held = 0  # of the past
         self._real: Goal | None = None
         self._since: float | None = None  # blocked since
         self._aside: Goal | None = None
@@ -58,6 +59,7 @@ class Stuck:
             if error < ARRIVED or now - self._begun > DETOUR:
                 self._aside = None
                 self._past.clear()
+                self._held = 0
                 self._since = None
         return goal if self._aside is None else self._aside
 
@@ -69,8 +71,9 @@ class Stuck:
             return
         error, turn = goal_error(T_base_tool, self._real.T_base_tool)
         self._past.append((now, error, turn, command.control_row >= 0))
+        self._held += command.control_row >= 0
         while now - self._past[0][0] > WINDOW:
-            self._past.popleft()
+            self._held -= self._past.popleft()[3]
         if not self._blocked(error, turn):
             self._since = None
             if error <= FAR and turn <= FAR_TURN:
@@ -87,7 +90,7 @@ class Stuck:
         (t0, e0, a0, _), t1 = self._past[0], self._past[-1][0]
         if t1 - t0 < 0.95 * WINDOW or (error <= FAR and turn <= FAR_TURN):
             return False
-        held = sum(p[3] for p in self._past) >= HELD * len(self._past)
+        held = self._held >= HELD * len(self._past)
         return held and e0 - error < GAIN and a0 - turn < GAIN_TURN
 
     def _place(self, T_base_tool: Array, normal: Array) -> Goal:
