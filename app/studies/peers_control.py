@@ -55,7 +55,7 @@ def _pink(robot: Robot, k: int) -> Step:
     keep = Given(k, gain=params.xi / (params.d_inf - params.d_s))
     task = tasks.FrameTask(robot.tool_frame, position_cost=1.0, orientation_cost=0.5)
     bounds = (limits.ConfigurationLimit(model), limits.VelocityLimit(model))
-    configuration = pink.Configuration(model, robot._data, robot.home.copy())
+    configuration = pink.Configuration(model, model.createData(), robot.home.copy())
     target = configuration.get_transform_frame_to_world(robot.tool_frame).copy()
 
     def step(c: Any) -> bool:
