@@ -31,7 +31,7 @@ def goal_twist(
 
 def goal_error(T_base_tool: Array, T_base_goal: Array) -> tuple[float, float]:
     """Distance [m] and angle [rad] between tool and goal."""
-    return _error(T_base_tool, T_base_goal)  # type: ignore[no-any-return]
+    return _error(T_base_tool, T_base_goal)
 
 
 @compiled

@@ -11,13 +11,13 @@ from typing import Any
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import pinocchio as pin
 from numpy.typing import NDArray
 
 from app.assets import asset_folder, find_asset
 from app.errors import RobotError, options
 from app.messages import Array, freeze
 from app.raycast import RigidMesh
-from app.robot.chain import Chain, chain, place_chain
 from app.robot.kinematics import (
     build_model,
     check_home,
@@ -63,8 +63,10 @@ class Robot:
     supports: Array  # (L, n)
     tool_support: Array  # (n,)
     welded: NDArray[np.bool_]  # (L, L) do two body links move as one?
-    _model: Any  # pinocchio's
-    _chain: Chain  # of the links, and the tool's frame
+    _model: Any
+    _frames: tuple[int, ...]
+    _tool: int
+    _data: Any  # pinocchio's scratch space; results are copied out before the next call
     eps: Array  # (L, 2) [m] the self filter's thresholds of each link, inside and across its
     # edge; NaN: the setting's
     _recent: dict[bytes, Posture] = field(default_factory=dict, init=False)  # by q, oldest first
@@ -85,20 +87,24 @@ class Robot:
         return self.description.visual(link)
 
     def posture(self, q: Array) -> Posture:
-        """Kinematics at q (n,)."""
+        """Kinematics at q (n,). One thread only: pinocchio's scratch space is shared."""
         q = np.array(q, dtype=np.float64)
         if q.shape != (self.n,):
             raise ValueError(f"q has shape {q.shape}, {self.name} has {self.n} joints")
         known = self._recent.get(q.tobytes())
         if known is not None:
             return known
-        poses, jacobian = np.empty((len(self.links) + 1, 4, 4)), np.empty((6, self.n))
-        place_chain(self._chain, q, poses, jacobian)
+        data = self._data
+        pin.computeJointJacobians(self._model, data, q)
+        pin.updateFramePlacements(self._model, data)
+        poses = np.empty((len(self._frames), 4, 4))
+        for i, f in enumerate(self._frames):
+            poses[i] = data.oMf[f].homogeneous
         posture = Posture(
             q=freeze(q),
-            T_base_link=freeze(poses[:-1]),
-            T_base_tool=freeze(poses[-1]),
-            J_base=freeze(jacobian),
+            T_base_link=freeze(poses),
+            T_base_tool=freeze(data.oMf[self._tool].homogeneous.copy()),
+            J_base=freeze(data.J.copy()),
             supports=self.supports,
             tool_support=self.tool_support,
         )
@@ -191,7 +197,9 @@ def _assemble(
         tool_support=freeze(support(model, tip)),
         welded=freeze(welded(model, frames)),
         _model=model,
-        _chain=chain(model, (*frames, tip)),
+        _frames=frames,
+        _tool=tip,
+        _data=model.createData(),
         eps=freeze(_thresholds(table, links, where)),
     )
 
