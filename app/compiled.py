@@ -85,7 +85,7 @@ class Kernel(_Dispatcher):
         version = self._settled(tuple(self.typeof_pyval(a) for a in args))
         names = self.py_func.__code__.co_varnames  # the arguments come first among them
         for name, new, old in zip(names, version, self._version or version, strict=False):
-            if new != old or getattr(new, "layout", "C") != "C":
+            if new != old or not _contiguous(new):
                 raise TypeError(
                     f"{self.__name__} has one version, which takes {name} as {old}, and only "
                     f"contiguous arrays, not {new}; give it such a one"
@@ -98,6 +98,13 @@ class Kernel(_Dispatcher):
             number if number and isinstance(kind, types.Number | types.Boolean) else kind
             for kind, number in zip(kinds, self._numbers, strict=False)
         )
+
+
+def _contiguous(kind: Any) -> bool:
+    """Is an array, or every array of a tuple, contiguous?"""
+    if isinstance(kind, types.BaseTuple):
+        return all(map(_contiguous, kind.types))
+    return getattr(kind, "layout", "C") == "C"
 
 
 @contextmanager

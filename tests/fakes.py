@@ -37,6 +37,7 @@ def first_hits(world, origins, directions):
     n = len(origins)
     hits = Hits(np.full(n, MISS), np.full(n, -2, dtype=np.int16))
     first = np.arange(n + 1, dtype=np.int64)
+    origins, directions = map(np.ascontiguousarray, (origins, directions))
     world.end_rays(Beams(origins, directions, 0.0, first, directions), hits)
     assert np.array_equal(hits.label == -1, np.isfinite(hits.length))
     return hits.length

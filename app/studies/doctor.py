@@ -236,7 +236,7 @@ def _frames(c: Checkup) -> Iterator[Finding]:
 def _cloud(point: Array) -> Cloud:
     """One kept point (3,), base frame."""
     return Cloud(
-        points=point[None],
+        points=point[None].copy(),
         verdict=np.array([Verdict.KEPT], dtype=np.uint8),
         link=np.array([-1], dtype=np.int16),
         gap=np.array([np.inf]),
