@@ -93,6 +93,7 @@ $(RUN): pyproject.toml constraints.txt $(PY)
 $(DEV): pyproject.toml constraints.txt $(PY)
 	@echo "Installing Flinch and its tools into $(VENV) (a minute or two, only when the requirements change)"
 	@$(PIP_INSTALL) -e '.[dev]'
+	@$(VENV)/bin/flinch kernels
 	@touch $(RUN) $@
 
 $(MODEL): pyproject.toml constraints.txt $(PY)

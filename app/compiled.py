@@ -103,7 +103,8 @@ class Kernel(_Dispatcher):
 def _contiguous(kind: Any) -> bool:
     """Is an array, or every array of a tuple, contiguous?"""
     if isinstance(kind, types.BaseTuple):
-        return all(map(_contiguous, kind.types))
+        parts: Any = kind  # numba says nothing of its types
+        return all(map(_contiguous, parts.types))
     return getattr(kind, "layout", "C") == "C"
 
 

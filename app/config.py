@@ -193,7 +193,11 @@ class Params:
 
     def __post_init__(self) -> None:
         for f in fields(self):
-            _check(f.name, getattr(self, f.name), "")
+            value = getattr(self, f.name)
+            _check(f.name, value, "")
+            if _FACTS[f.name].kind is float:
+                # a whole number from a file or a slider; kernels tell 10 from 10.0
+                object.__setattr__(self, f.name, float(value))
 
 
 class Tunable(NamedTuple):

@@ -57,6 +57,18 @@ class Costs(NamedTuple):
     slide: bool
 
 
+class Problem(NamedTuple):
+    """What `app.control.active_set.minimise` is asked: H, g, J, the box, prices; its answer x."""
+
+    H: Array
+    g: Array
+    J: Array
+    least: Array
+    most: Array
+    price: Array
+    x: Array
+
+
 class Answer(NamedTuple):
     """qd (n,), progress beta, slack (m,) and whether each bound holds the arm (m,)."""
 
@@ -96,17 +108,18 @@ def least_slack(rows: Rows, low: Array, high: Array) -> Array | None:
 def _solve(costs: Costs, rows: Rows, asked: Array, low: Array, high: Array) -> Answer | None:
     """With slack counted from the bounds that were `asked` for, (m,)."""
     n, m = len(low), len(rows.low)
-    H, g, J = np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty((m, n + 1))
-    least, most, x = np.empty(n + 1), np.empty(n + 1), np.empty(n + 1)
-    price = np.empty(m)
-    _build(costs, rows.jacobian, rows.linear, low, high, H, g, J, price, least, most)
-    steps = minimise(H, g, J, rows.low, price, rows.quadratic, least, most, x)
+    qd, slack, tight = np.empty(n), np.empty(m), np.empty(m, dtype=np.bool_)
+    g, least, most, x = np.empty((4, n + 1))
+    H, J, price = np.empty((n + 1, n + 1)), np.empty((m, n + 1)), np.empty(m)
+    steps = _minimise(
+        costs, rows.jacobian, rows.low, rows.linear, rows.quadratic, low, high,
+        Problem(H, g, J, least, most, price, x),
+    )  # fmt: skip
     if steps < 0:
         second = second_opinion(H, g, J, rows, least, most)
         if second is None:
             return None
         x = second
-    qd, slack, tight = np.empty(n), np.empty(m), np.empty(m, dtype=np.bool_)
     if not _read(x, low, high, rows.jacobian, asked, qd, slack, tight):
         return None
     return Answer(qd, float(x[n]), slack, tight)
@@ -167,23 +180,25 @@ def _read(
 
 
 @compiled
+def _minimise(
+    costs: Costs, jacobian: Array, bound: Array, linear: Array, quadratic: Array, low: Array,
+    high: Array, out: Problem,
+) -> int:  # fmt: skip
+    """Write the problem and its answer; the steps taken, -1 without an answer."""
+    _build(costs, jacobian, linear, low, high, out)
+    H, g, J, least, most, price, x = out
+    return int(minimise(H, g, J, bound, price, quadratic, least, most, x))
+
+
+@compiled
 def _build(
-    costs: Costs,
-    jacobian: Array,
-    linear: Array,
-    low: Array,
-    high: Array,
-    H: Array,
-    g: Array,
-    J: Array,
-    price: Array,
-    least: Array,
-    most: Array,
+    costs: Costs, jacobian: Array, linear: Array, low: Array, high: Array, out: Problem
 ) -> None:
-    """Write the problem of x = [qd | beta] to H, g, J and the box `least`, `most`.
+    """Write the problem of x = [qd | beta].
 
     The prices (m,) of slack differ a little, so that equal bounds give way one by one.
     """
+    H, g, J, least, most, price = out[:6]
     tool, twist, k_g = costs.tool, costs.twist, costs.k_g
     n = tool.shape[1]
     t_t = 0.0

@@ -53,8 +53,8 @@ def surface_normals(points: Array, use: NDArray[np.bool_], size: int, normals: A
             left, right = row * size + max(column - 1, 0), row * size + min(column + 1, size - 1)
             if not (use[zone] and use[up] and use[down] and use[left] and use[right]):
                 continue
-            ax, ay, az = points[down] - points[up]
-            bx, by, bz = points[right] - points[left]
+            ax, ay, az = _minus(points, down, up)
+            bx, by, bz = _minus(points, right, left)
             far = max(ax * ax + ay * ay + az * az, bx * bx + by * by + bz * bz)
             if far > CHORD * CHORD:
                 continue
@@ -63,6 +63,12 @@ def surface_normals(points: Array, use: NDArray[np.bool_], size: int, normals: A
             if length > 1e-9:
                 normals[zone, 0], normals[zone, 1] = x / length, y / length
                 normals[zone, 2] = z / length
+
+
+@compiled
+def _minus(points: Array, a: int, b: int) -> tuple[float, float, float]:
+    """Row a less row b; of whole rows numba would make an array."""
+    return points[a, 0] - points[b, 0], points[a, 1] - points[b, 1], points[a, 2] - points[b, 2]
 
 
 @compiled
@@ -83,8 +89,8 @@ def take_frames(
         frames.old_points[k], frames.old_normals[k] = frames.points[k], frames.normals[k]
         frames.old_stamp[k] = frames.stamp[k]
         frames.stamp[k] = taken[k]
+        frames.points[k] = cloud[k * SLOTS : (k + 1) * SLOTS]
         for zone in range(SLOTS):
-            frames.points[k, zone] = cloud[k * SLOTS + zone]
             frames.use[k, zone] = verdict[k * SLOTS + zone] == KEPT
         surface_normals(frames.points[k], frames.use[k], size[k], frames.normals[k])
 

@@ -42,25 +42,28 @@ class Ghosts:
         params: Params,
     ) -> None:
         """Turn KEPT into GHOST in `verdict` (m, 64) where a point is not yet to be believed."""
-        seen = np.where(SURFACE[verdict], depth, np.inf)
-        if params.ghost_filter:
-            _doubt(self._size[sensors], seen, self._last[sensors], gap, params.ghost_near, verdict)
-        self._last[sensors] = seen
+        near = params.ghost_near if params.ghost_filter else np.inf
+        _doubt(sensors, self._size, depth, gap, near, verdict, self._last)
 
 
 @compiled
 def _doubt(
+    sensors: NDArray[np.int64],
     size: NDArray[np.int64],
-    seen: Array,
-    last: Array,
+    depth: Array,
     gap: Array,
     near: float,
     verdict: NDArray[np.uint8],
+    last: Array,
 ) -> None:
-    for m in range(len(size)):
-        n = size[m]
+    """Points nearer than `near` to the lens or a body are believed; renews `last` (K, 64)."""
+    seen = np.empty(SLOTS)
+    for m in range(len(sensors)):
+        n, before = size[sensors[m]], last[sensors[m]]
+        for zone in range(SLOTS):
+            seen[zone] = depth[m, zone] if SURFACE[verdict[m, zone]] else np.inf
         for zone in range(n * n):
-            d = seen[m, zone]
+            d = seen[zone]
             if verdict[m, zone] != KEPT or d < near or gap[m, zone] < near:
                 continue
             row, column = zone // n, zone % n
@@ -68,7 +71,8 @@ def _doubt(
             for r in range(max(0, row - 1), min(n, row + 2)):
                 for c in range(max(0, column - 1), min(n, column + 2)):
                     other = r * n + c
-                    believed |= last[m, other] <= d + CLOSER
-                    believed |= other != zone and abs(seen[m, other] - d) < ALIKE
+                    believed |= before[other] <= d + CLOSER
+                    believed |= other != zone and abs(seen[other] - d) < ALIKE
             if not believed:
                 verdict[m, zone] = GHOST
+        before[:] = seen

@@ -116,7 +116,8 @@ class Memory:
 
     def visited(self, rows: NDArray[np.intp]) -> None:
         """The arm's body has been at these rows of `points`; at the third time they die."""
-        self._voxels.inside[rows] += 1
+        if len(rows):
+            self._voxels.inside[rows] += 1
 
 
 def _turn(rotation_deg: int, mirrored: bool) -> Array:

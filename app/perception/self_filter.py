@@ -71,6 +71,7 @@ class SelfFilter:
         self._cosine = np.einsum("kzrc,kc->kzr", rays, skin.axis).astype(np.float32)
         self._cone = float(np.arccos(self._cosine.min()))
         self._own_near: float | None = None
+        self._limits_of = np.nan, np.nan
         self._own = np.empty((0, SLOTS, RAYS), dtype=np.float32)
         self._own_link = np.empty((0, SLOTS, RAYS), dtype=np.int16)
         most = len(self._meshes) * skin.count * SLOTS * RAYS
@@ -90,13 +91,11 @@ class SelfFilter:
             self._own, self._own_link = self._own_hits(near)
             self._own_near = near
         end = np.empty(len(self._meshes), dtype=np.int64)
-        general = np.isnan(self._own_eps)
-        base = np.where(general, params.eps_base, self._own_eps)
-        least = np.where(general, params.eps_min, CALIBRATED)
-        slack = max(float(base.max()), float(least.max()))
+        if self._limits_of != (params.eps_base, params.eps_min):
+            self._limit(params.eps_base, params.eps_min)
         cast = np.empty(depth.shape, dtype=np.uint8)
         aim(
-            sensors, rays, near, depth, slack, params.eps_sigmas,
+            sensors, rays, near, depth, self._slack, params.eps_sigmas,
             self._link, self._welded, self._origin, self._axis, self._rays, self._cosine,
             self._cone, posture.T_base_link, self._centre, self._radius, self._low, self._high,
             self._o, self._d, self._index, end, cast,
@@ -114,10 +113,18 @@ class SelfFilter:
         )  # fmt: skip
         weigh(
             sensors, rays, depth, self._link, self._own, self._own_link, self._cosine,
-            self._hit, self._index, end, cast, base, least, params.eps_sigmas,
+            self._hit, self._index, end, cast, self._base, self._least, params.eps_sigmas,
             params.two_sided, *out[:5],
         )  # fmt: skip
         return out
+
+    def _limit(self, base: float, least: float) -> None:
+        """Thresholds (L, 2) [m] of links that have none of their own are the setting's."""
+        general = np.isnan(self._own_eps)
+        self._base = np.where(general, base, self._own_eps)
+        self._least = np.where(general, least, CALIBRATED)
+        self._slack = max(float(self._base.max()), float(self._least.max()))
+        self._limits_of = base, least
 
     def _own_hits(self, near: float) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
         """Ray lengths (K, 64, 9) to each sensor's own link and what is fixed to it, and which."""

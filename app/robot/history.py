@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from app.compiled import compiled
 from app.messages import Array, JointState
 
 
@@ -21,23 +22,35 @@ class JointHistory:
 
     def at(self, stamp: float) -> Array:
         """q (n,) at `stamp`, the oldest or newest kept one outside the remembered span."""
-        size = len(self._stamp)
-        held = min(self._count, size)
-        if held == 0:
+        if self._count == 0:
             raise LookupError("no joint state has been appended yet")
-        # walk back from the newest: frames are young, so this is a handful of steps
-        newest = (self._count - 1) % size
-        if stamp >= self._stamp[newest]:
-            return self._q[newest].copy()
-        for back in range(1, held):
-            i = (newest - back) % size
-            if self._stamp[i] <= stamp:
-                j = (i + 1) % size
-                span = self._stamp[j] - self._stamp[i]
-                share = (stamp - self._stamp[i]) / span if span > 0.0 else 1.0
-                return self._q[i] + share * (self._q[j] - self._q[i])
-        return self._q[(self._count - held) % size].copy()
+        q = np.empty(self._q.shape[1])
+        _between(self._stamp, self._q, self._count, stamp, q)
+        return q
 
     def reset(self) -> None:
         """Forget everything."""
         self._stamp[:], self._q[:], self._count = -np.inf, 0.0, 0
+
+
+@compiled
+def _between(stamps: Array, q: Array, count: int, stamp: float, out: Array) -> None:
+    """Write q (n,) at `stamp` from rings (N,), (N, n) in which `count` were ever put.
+
+    From the newest backwards: frames are young, so that is a handful of steps.
+    """
+    size = len(stamps)
+    newest = (count - 1) % size
+    out[:] = q[newest]
+    if stamp >= stamps[newest]:
+        return
+    for back in range(1, min(count, size)):
+        i = (newest - back) % size
+        j = (i + 1) % size
+        if stamps[i] <= stamp:
+            span = stamps[j] - stamps[i]
+            share = (stamp - stamps[i]) / span if span > 0.0 else 1.0
+            for k in range(len(out)):
+                out[k] = q[i, k] + share * (q[j, k] - q[i, k])
+            return
+        out[:] = q[i]
