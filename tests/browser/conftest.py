@@ -77,12 +77,14 @@ def window(live: Live, browser: Browser) -> Iterator[Window]:
 
 @pytest.fixture(autouse=True)
 def at_home(live: Live, window: Window) -> None:
-    """Begin as after a start: no obstacle, default settings, running, near the first goal."""
+    """Begin as after a start: no obstacle, none remembered, default settings, running, near the
+    first goal."""
     post = live.engine.post
     for body in live.now.world:
         if body.view.movable:
             post(RemoveObstacle(body.view.name))
     post(SetParams({t.name: t.default for t in tunables() if t.name != "silence"}))
+    post(SetParams({"memory": False}))
     post(SetGoal(live.goal.T_base_tool))
     post(SetMode(Mode.RUNNING))
     home = live.goal.T_base_tool[:3, 3]
@@ -91,6 +93,7 @@ def at_home(live: Live, window: Window) -> None:
         lambda: np.linalg.norm(live.now.T_base_tool[:3, 3] - home) < 0.05,
         "the arm is back at its first goal",
     )
+    post(SetParams({"memory": True}))
 
 
 @pytest.fixture(autouse=True)
