@@ -58,19 +58,24 @@ def _promising(
     """Write to `ahead` which points may be nearer than the link's pair, to `square` a better
     bound of each; how many, and which of them promises most.
 
-    Any point inside the link's box may lie inside the link, the deeper the nearer: -1.
+    A point inside the link's box may lie inside the link, the deeper the nearer: -1. But then its
+    way out is no longer than to the box: one that is farther from the surface lies outside.
     """
     n, first, p = 0, 0, np.empty(3)
     limit = max(out.distance[link], 0.0) ** 2
     for i in range(len(square)):
         if (square[i] >= limit and square[i] > 0.0) or who.row[i] == out.row[link]:
             continue
+        p[0], p[1], p[2] = who.x[i], who.y[i], who.z[i]
+        to_link(T, p, p)
+        least, out_of_box = least_square(p, link, links.forest, links.field), 0.0
         if square[i] == 0.0:
-            square[i] = -1.0
-        else:
-            p[0], p[1], p[2] = who.x[i], who.y[i], who.z[i]
-            to_link(T, p, p)
-            square[i] = max(square[i], least_square(p, link, links.forest, links.field))
+            out_of_box = np.inf
+            for a in range(3):
+                out_of_box = min(out_of_box, p[a] - links.forest.low[link, a])
+                out_of_box = min(out_of_box, links.forest.high[link, a] - p[a])
+        inside = square[i] == 0.0 and least <= out_of_box * out_of_box
+        square[i] = -1.0 if inside else max(square[i], least)
         if square[i] < limit:
             if n == 0 or square[i] < square[ahead[first]]:
                 first = n
