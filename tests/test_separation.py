@@ -77,11 +77,8 @@ def test_a_measured_person_is_believed_with_a_margin_and_never_taken_for_faster_
 def test_the_ring_is_of_the_nearest_pair_at_the_speed_that_is_measured(robot):
     control, params = WholeBody(robot), Params(mode="ssm")
     posture = robot.posture(robot.home)
-    d, n, on = (
-        np.array([0.8]),
-        np.array([[-1.0, 0.0, 0.0]]),
-        posture.T_base_tool[None, :3, 3].copy(),
-    )
+    on = posture.T_base_tool[None, :3, 3].copy()
+    d, n = np.array([0.8]), np.array([[-1.0, 0.0, 0.0]])
     pairs = Pairs(np.array([6]), d, on, on - d * n, n, np.zeros(1, dtype=int), 0)
     goal = Goal(posture.T_base_tool)
 
@@ -99,3 +96,30 @@ def test_the_ring_is_of_the_nearest_pair_at_the_speed_that_is_measured(robot):
     assert ring(0.2 * J) == pytest.approx(ring(still))  # it goes away
     assert ring(still, age=0.3) > ring(still) + 0.3
     assert ring(still, Params()) == 0.0
+
+
+@pytest.mark.parametrize("distance", [0.45, 0.65, 1.1])
+def test_with_the_qp_it_bounds_the_approach_as_far_out_as_it_reaches(robot, distance):
+    """Also beyond d_inf, where the QP itself bounds nothing."""
+    posture = robot.posture(robot.home)
+    on, n = posture.T_base_tool[None, :3, 3].copy(), np.array([[-1.0, 0.0, 0.0]])
+    pairs = Pairs(
+        np.array([len(robot.links) - 1]), np.array([distance]), on, on - distance * n, n,
+        np.zeros(1, dtype=int), 0,
+    )  # fmt: skip
+    far = posture.T_base_tool.copy()
+    far[0, 3] += 1.5
+    J = posture.distance_rows(pairs.link, on, n)[0]
+
+    def closing(**settings):
+        params = Params(mode="qp", v_max=1.0, speed=1.0, xi=3.0, **settings)
+        control, qd = WholeBody(robot), np.zeros(robot.n)
+        for _ in range(300):
+            joints = JointState(0.0, robot.home, qd)
+            qd = control.update(posture, joints, pairs, Goal(far), params, 0.004).qd
+        return float(-J @ qd), float(allowed_speed(np.array(distance - 0.012), params))
+
+    fast, allowed = closing(separation=True)
+    assert fast <= allowed + 1e-6
+    if distance > 0.6:
+        assert closing(separation=False)[0] > allowed + 0.05

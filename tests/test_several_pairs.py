@@ -2,8 +2,11 @@
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from app.perception.proximity import PAIRS, RENEW, BodyPairs, ManyPairs, SteadyPairs
+from app.perception.spread import APART, LOOKS, TURN, VOXEL
 from tests.fakes import cloud_of
 from tests.test_proximity import signed_brute
 
@@ -50,6 +53,105 @@ def test_rows_of_one_link_differ_in_direction_or_place(robot):
                 assert apart > 0.08 or turn > 25.0
                 several += 1
     assert several > 10
+
+
+def foot_of(p, triangles):
+    """The point of triangles (F, 3, 3) that is nearest to p, by planes, edges and nothing else."""
+    a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
+    normal = np.cross(b - a, c - a)
+    unit = normal / np.maximum(np.linalg.norm(normal, axis=1), 1e-300)[:, None]
+    flat = p - np.einsum("ij,ij->i", p - a, unit)[:, None] * unit
+    inside = np.ones(len(a), dtype=bool)
+    feet = [flat]
+    for start, end in ((a, b), (b, c), (c, a)):
+        edge = end - start
+        inside &= np.einsum("ij,ij->i", np.cross(edge, flat - start), unit) >= 0.0
+        length2 = np.maximum(np.einsum("ij,ij->i", edge, edge), 1e-300)
+        t = np.clip(np.einsum("ij,ij->i", p - start, edge) / length2, 0.0, 1.0)
+        feet.append(start + t[:, None] * edge)
+    feet = np.stack(feet)
+    d = np.linalg.norm(feet - p, axis=2)
+    d[0, ~inside] = np.inf
+    return feet.reshape(-1, 3)[d.argmin()]
+
+
+def box_distance(local, body):
+    """Of points (n, 3) of a link's frame to its box, 0 inside."""
+    corners = body.vertices[np.unique(body.faces)]
+    beyond = np.maximum(np.maximum(corners.min(axis=0) - local, local - corners.max(axis=0)), 0.0)
+    return np.linalg.norm(beyond, axis=1)
+
+
+def candidates(local, points, use, body, reach):
+    """Rows whose voxels are nearest to a link's box, one a voxel, by the definition."""
+    box = np.where(use, box_distance(local, body), np.inf)
+    voxel = [tuple(v) for v in np.floor(points / VOXEL).astype(int)]
+    best = {}
+    for i in np.argsort(box, kind="stable"):
+        if box[i] < reach:
+            best.setdefault(voxel[i], i)
+    return list(best.values()), voxel
+
+
+def greedy(robot, link, points, use, posture, reach, first):
+    """Distances that should be found for one link; brute force, by the definition."""
+    T, body = posture.T_base_link[link], robot.bodies[link]
+    local = (points - T[:3, 3]) @ T[:3, :3]
+    near, voxel = candidates(local, points, use, body, reach)
+    near = [first, *[i for i in near if voxel[i] != voxel[first]][: LOOKS - 1]]
+    triangles, rows = body.vertices[body.faces], []
+    for i in near:
+        foot = foot_of(local[i], triangles)
+        d = float(np.linalg.norm(local[i] - foot))
+        if i == first or d < reach:
+            rows.append((d, (foot - local[i]) / d, foot))
+    taken = []
+    for d, way, foot in sorted(rows, key=lambda r: r[0]):
+        if all(np.linalg.norm(foot - f) > APART or way @ w < TURN for _, w, f in taken):
+            taken.append((d, way, foot))
+    return [d for d, _, _ in taken[:PAIRS]]
+
+
+@pytest.mark.parametrize("reach", [0.3, 0.6])
+@pytest.mark.parametrize("spread", [0.15, 0.4])
+def test_the_rows_are_those_of_a_brute_force_by_the_definition(robot, reach, spread):
+    rng = np.random.default_rng(23)
+    several = 0
+    for _ in range(3):
+        posture = robot.posture(rng.uniform(-3, 3, robot.n))
+        at = posture.T_base_link[3, :3, 3] + rng.normal(scale=0.3, size=3)
+        points = at + rng.normal(scale=spread, size=(400, 3)) * [1.0, 1.0, 0.1]  # a slab
+        use = rng.random(len(points)) < 0.8
+        for link, body in enumerate(robot.bodies):  # signs are judged elsewhere
+            T = posture.T_base_link[link]
+            use &= box_distance((points - T[:3, 3]) @ T[:3, :3], body) > 0.0
+        search = BodyPairs(robot)
+        closest = search.search(points, use, posture)
+        many = search.several(points, use, posture, closest, reach)
+        for link in range(len(robot.links)):
+            first = int(closest.slot[link])
+            wanted = greedy(robot, link, points, use, posture, reach, first)
+            found = many.distance[link * PAIRS : (link + 1) * PAIRS]
+            found = found[np.isfinite(found)]
+            assert found == pytest.approx(wanted, abs=1e-9)
+            several += len(found) > 1
+    assert several > 5
+
+
+@settings(max_examples=25)
+@given(seed=st.integers(0, 2**31), n=st.integers(1, 200))
+def test_the_choice_does_not_depend_on_the_order_of_points_or_on_what_is_not_in_use(robot, seed, n):
+    rng = np.random.default_rng(seed)
+    posture = robot.posture(rng.uniform(-3, 3, robot.n))
+    points = posture.T_base_link[3, :3, 3] + rng.normal(scale=0.4, size=(n, 3))
+    _, one = found(robot, points, posture)
+    order = rng.permutation(2 * n)
+    shuffled = np.concatenate((points, rng.normal(scale=0.4, size=(n, 3))))[order]
+    use = order < n
+    search = BodyPairs(robot)
+    closest = search.search(shuffled, use, posture)
+    other = search.several(shuffled, use, posture, closest, 0.6)
+    assert np.array_equal(one.distance, other.distance)
 
 
 def test_between_two_choices_the_pairs_are_held_and_measured_anew(robot):
