@@ -121,11 +121,13 @@ def told(progress: Progress) -> Iterator[None]:
 
 class _Teller(event.Listener):
     def __init__(self, progress: Progress) -> None:
-        self._progress, self._count = progress, 0
+        self._progress, self._begun = progress, set[int]()
 
     def on_start(self, event: Any) -> None:
-        self._count += 1
-        self._progress(self._count, len(kernels), event.data["dispatcher"].__name__)
+        kernel = event.data["dispatcher"]
+        if any(kernel is k for k in kernels):  # numba compiles functions of its own as well
+            self._begun.add(id(kernel))
+            self._progress(len(self._begun), len(kernels), kernel.__name__)
 
     def on_end(self, event: Any) -> None:
         """Nobody asks."""

@@ -76,7 +76,7 @@ class Ticker:
         return late
 
 
-def prefer_this_thread() -> bool:
+def prefer_this_thread(priority: int = PRIORITY) -> bool:
     """Ask the system to run this thread before all ordinary ones whenever it is ready; is it so?
 
     A control loop sleeps most of the time, and what it waits for otherwise is not its work but
@@ -86,7 +86,7 @@ def prefer_this_thread() -> bool:
     """
     try:
         policy = os.SCHED_RR | os.SCHED_RESET_ON_FORK
-        os.sched_setscheduler(0, policy, os.sched_param(PRIORITY))
+        os.sched_setscheduler(0, policy, os.sched_param(priority))
     except (AttributeError, OSError):  # not this system, or not this user
         return False
     return True

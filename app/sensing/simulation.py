@@ -20,6 +20,7 @@ from app.sensing.error_model import ErrorModel
 from app.sensing.measurement import Measurement
 from app.sensing.sight import Links
 from app.sensing.traffic import Traffic
+from app.timing import PRIORITY, prefer_this_thread
 from app.world.world import Edit, World
 
 PAUSE = 2  # [ms] between two looks for a request; a frame is due tens of them later
@@ -102,6 +103,8 @@ def main(line_fd: int, memory_fd: int, task_fd: int) -> None:
         with open(task_fd, "rb") as file:
             task: Task = pickle.load(file)
         traffic = Traffic(memoryview(mmap(memory_fd, 0)), *size_of(task))
+        # sensors that stand for real ones do not wait for a browser to be done with a picture
+        prefer_this_thread(PRIORITY - 1)
         serve(task, traffic, Line(line))
     except Gone:
         os._exit(0)  # somebody waits, and there is nothing to tidy up
