@@ -76,7 +76,7 @@ class Brain:
         self._controllers.reset()
         self._controllers.know(self.cell.learned)
         self.wishes = Wishes(params, Errand(programs, goal))
-        self._guard = Guard(self.skin.count, begin)
+        self._guard = Guard([s.name for s in self.skin.sensors], begin)
         self._point: Array | None = None  # control point of the last tick
         self._q = self.robot.home  # the last joint positions that were finite
 
@@ -148,7 +148,7 @@ class Brain:
             background=self._perception.background.view(x.now),
             notice=self.wishes.notice, advice=x.arm.advice or self._guard.advice or command.reason,
             program=errand.program.words if errand.program else "", reached=errand.reached,
-            jump=self._jump(seen, command), trace=trace,
+            jump=self._jump(seen, command), trace=trace, blind=self._guard.blind_share,
         )  # fmt: skip
 
     def _jump(self, seen: Percept, command: Command) -> float:

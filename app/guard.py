@@ -5,22 +5,31 @@ the machine that runs us. Late sensors slow it. Only a person sets a stopped arm
 and then it waits for frames that are measured from that moment on.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from app.control.supervisor import Supervisor, speed_share
-from app.messages import Mode, Status
+from app.messages import Mode, SensorHealth, Status
 from app.perception.health import SkinHealth
 from app.tick import Inputs
 
 SILENT_SHARE = 0.5  # of the connected sensors: from this share on the arm is blind
+BLIND_STOP = 3  # sensors that cannot see; one or two of them slow the arm
+LONGER = 0.1  # [s] a sensor alone may be silent beyond what is borne of all: a frame and its way
+USELESS = {
+    SensorHealth.POOR: "bad statuses", SensorHealth.SATURATED: "covered",
+}  # fmt: skip
 NOT_SEEN = "waits for the first frames"
 
 
 class Guard:
-    """Holds the mode and what is known of the sensors; `begin` is the mode to wake up in."""
+    """Holds the mode and what is known of the sensors, by name; `begin`: the mode to wake up in."""
 
-    def __init__(self, sensors: int, begin: Mode) -> None:
-        self.health = SkinHealth(np.zeros(sensors, dtype=bool))
+    def __init__(self, sensors: Sequence[str], begin: Mode) -> None:
+        self.health = SkinHealth(np.zeros(len(sensors), dtype=bool))
+        self.blind_share = 0.0  # 0..1 of the connected sensors
+        self._names = tuple(sensors)
         self.advice = ""  # why the arm is slowed; empty while it is not
         self._begin = begin
         self._supervisor = Supervisor(Mode.IDLE, 0.0, NOT_SEEN)
@@ -74,10 +83,32 @@ class Guard:
         silent = self.health.silent(x.now, silence, since)
         if connected and silent >= SILENT_SHARE * connected:
             self.fault(f"{silent} of {connected} sensors silent for more than {silence:g} s", x.now)
-        share, age = 1.0, 0.0
+        blind = self._blind(x, silence, since)
+        share, age = max(1.0 - len(blind) / BLIND_STOP, 0.0), 0.0
+        if len(blind) >= BLIND_STOP:
+            self.fault(f"{len(blind)} of {connected} sensors cannot see: {_listed(blind)}", x.now)
+        self.blind_share = len(blind) / max(connected, 1)
+        self.advice = f"slow: cannot see with {_listed(blind)}" if blind else ""
         if self.health.silent(x.now, slow_after, since) >= SILENT_SHARE * max(connected, 1):
             age = self.health.age(x.now, since, SILENT_SHARE)
-            share = speed_share(age, slow_after, silence)
-        self.advice = "" if share == 1.0 else f"slow: the sensors are silent for {age:.1f} s"
+            share *= (late := speed_share(age, slow_after, silence))
+            if late < 1.0:
+                self.advice = f"slow: the sensors are silent for {age:.1f} s"
         moves = self.mode in (Mode.RUNNING, Mode.HOLDING)
         return share * x.arm.pace, moves and x.arm.ready and self.health.heard_since(since)
+
+    def _blind(self, x: Inputs, silence: float, since: float) -> list[str]:
+        """The connected sensors that cannot tell what is before them, each with its reason."""
+        quiet = self.health.quiet(x.now, silence + LONGER, since)
+        state = self.health.states(x.now, np.inf)
+        blind = []
+        for k in np.flatnonzero(quiet | np.isin(state, list(USELESS))):
+            why = "silent" if quiet[k] else USELESS[SensorHealth(state[k])]
+            blind.append(f"{self._names[k]} ({why})")
+        return blind
+
+
+def _listed(blind: Sequence[str]) -> str:
+    """The first of them by name; a person looks up the rest on the page."""
+    more = f" and {len(blind) - BLIND_STOP} more" if len(blind) > BLIND_STOP else ""
+    return ", ".join(blind[:BLIND_STOP]) + more

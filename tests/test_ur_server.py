@@ -3,6 +3,7 @@
 import signal
 import socket
 import struct
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -124,5 +125,5 @@ def test_a_silent_controller_answers_its_version_and_no_more(served):
         rtde.sendall(pack(Kind.VERSION, b"\x00\x02"))
         assert rtde.recv(64) == pack(Kind.VERSION, b"\x01")
         rtde.sendall(pack(Kind.CONTROLLER))
-        with pytest.raises(TimeoutError):
-            rtde.recv(64)
+        with suppress(TimeoutError):
+            assert rtde.recv(64) == b""  # at the most it hangs up

@@ -81,6 +81,10 @@ class SkinHealth:
         """Connected sensors without a frame for more than `limit` [s], counted from `since`."""
         return int(_silent(self._figures.last, self._connected, now, limit, since))
 
+    def quiet(self, now: float, limit: float, since: float) -> NDArray[np.bool_]:
+        """(K,) connected sensors without a frame for more than `limit` [s], from `since` on."""
+        return (now - np.maximum(self._figures.last, since) > limit) & self._connected
+
     def heard_since(self, since: float) -> bool:
         """Is there a frame that was measured at `since` [s] or later?"""
         return bool(_heard(self._figures.last, since))

@@ -79,6 +79,8 @@ def serve(task: Task, traffic: Traffic, line: Line) -> NoReturn:
     Measurement(links, skin, world, seed, errors).frames(range(skin.count), links.T_base_link, 0.0)
     measurement, edits = Measurement(links, skin, world, seed, errors), 0
     traffic.say_ready()
+    # sensors that stand for real ones do not wait for a browser to be done with a picture
+    prefer_this_thread(PRIORITY - 1)
     while True:
         request = traffic.next_request()
         if request is None:
@@ -103,8 +105,6 @@ def main(line_fd: int, memory_fd: int, task_fd: int) -> None:
         with open(task_fd, "rb") as file:
             task: Task = pickle.load(file)
         traffic = Traffic(memoryview(mmap(memory_fd, 0)), *size_of(task))
-        # sensors that stand for real ones do not wait for a browser to be done with a picture
-        prefer_this_thread(PRIORITY - 1)
         serve(task, traffic, Line(line))
     except Gone:
         os._exit(0)  # somebody waits, and there is nothing to tidy up
