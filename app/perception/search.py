@@ -15,6 +15,8 @@ from app.perception.gathered import Gathered, box_squares, gather
 from app.perception.look import TOUCHING, Found, Links, closest, copy, erase, look, room
 from app.perception.nearest import to_link
 
+FEW = 32  # points that a link's table is asked for without a better guess before
+
 
 @compiled
 def nearest_of_links(
@@ -38,6 +40,12 @@ def nearest_of_links(
         out.row[link] = hint[link] if known else -1
         look(points, T, link, np.inf, links.forest, out, link, link + 1)
         box_squares(who, T, link, links.forest, square)
+        i = _better_guess(square, out.distance[link])
+        if i >= 0:
+            other.row[0] = who.row[i]
+            look(points, T, link, np.inf, links.forest, other, 0, 1)
+            if other.distance[0] < out.distance[link]:
+                copy(other, 0, out, link)
         n, first = _promising(who, T, link, links, out, square, ahead)
         for j in range(-1, n):
             i = ahead[first if j < 0 else j]
@@ -51,6 +59,20 @@ def nearest_of_links(
 
 
 @compiled
+def _better_guess(square: Array, distance: float) -> int:
+    """The point whose box is nearest where a pair this far dismisses too few; -1: it will do.
+
+    One look is dearer than a few rows of the table, and dearer still are all rows of it.
+    """
+    limit, few, nearest = max(distance, 0.0) ** 2, 0, -1
+    for i in range(len(square)):
+        few += square[i] < limit
+        if nearest < 0 or square[i] < square[nearest]:
+            nearest = i
+    return nearest if few > FEW else -1
+
+
+@compiled
 def _promising(
     who: Gathered, T: Array, link: int, links: Links, out: Found, square: Array,
     ahead: NDArray[np.int64],
@@ -58,24 +80,19 @@ def _promising(
     """Write to `ahead` which points may be nearer than the link's pair, to `square` a better
     bound of each; how many, and which of them promises most.
 
-    A point inside the link's box may lie inside the link, the deeper the nearer: -1. But then its
-    way out is no longer than to the box: one that is farther from the surface lies outside.
+    Any point inside the link's box may lie inside the link, the deeper the nearer: -1.
     """
     n, first, p = 0, 0, np.empty(3)
     limit = max(out.distance[link], 0.0) ** 2
     for i in range(len(square)):
         if (square[i] >= limit and square[i] > 0.0) or who.row[i] == out.row[link]:
             continue
-        p[0], p[1], p[2] = who.x[i], who.y[i], who.z[i]
-        to_link(T, p, p)
-        least, out_of_box = least_square(p, link, links.forest, links.field), 0.0
         if square[i] == 0.0:
-            out_of_box = np.inf
-            for a in range(3):
-                out_of_box = min(out_of_box, p[a] - links.forest.low[link, a])
-                out_of_box = min(out_of_box, links.forest.high[link, a] - p[a])
-        inside = square[i] == 0.0 and least <= out_of_box * out_of_box
-        square[i] = -1.0 if inside else max(square[i], least)
+            square[i] = -1.0
+        else:
+            p[0], p[1], p[2] = who.x[i], who.y[i], who.z[i]
+            to_link(T, p, p)
+            square[i] = max(square[i], least_square(p, link, links.forest, links.field))
         if square[i] < limit:
             if n == 0 or square[i] < square[ahead[first]]:
                 first = n
