@@ -106,7 +106,7 @@ class ManyPairs:
         links, passed = len(self._chosen), (now - self._last) / RENEW
         due = np.ones(links, dtype=bool)
         if 0.0 <= passed < 1.0:
-            turns = int(np.ceil(links * passed - 1e-6))  # 4 ms are half of 8, whatever rounding says
+            turns = int(np.ceil(links * passed - 1e-6))  # 4 ms are half of 8
             due[np.argsort(self._chosen, kind="stable")[turns:]] = False
         return due
 
