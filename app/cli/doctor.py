@@ -20,7 +20,7 @@ class Doctor(WhichRobot):
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.studies.doctor import examine, to_table
+        from app.checks.doctor import examine, to_table
 
         setup = Setup(self.robot, self.skin, urdf=self.urdf, choice=self.choice())
         robot = build_robot(setup)

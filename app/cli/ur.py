@@ -10,9 +10,9 @@ import tyro
 from app.errors import ConfigError
 from app.robot.model import find_robot, load_robot
 from app.robot.tables import Choice
-from app.robot.ur.emulator.controller import Controller
-from app.robot.ur.emulator.faults import parse_fault
-from app.robot.ur.emulator.server import Emulator
+from app.virtual.ur.controller import Controller
+from app.virtual.ur.faults import parse_fault
+from app.virtual.ur.server import Emulator
 
 
 @dataclass(frozen=True)

@@ -11,17 +11,17 @@ from typing import Any
 
 import numpy as np
 
+from app.checks.range_calibration import DISTANCES, FRAMES, table_of
 from app.config import Params
 from app.messages import Array, Verdict
 from app.perception.calibration import suggest
 from app.perception.self_filter import SelfFilter
+from app.report import Check
 from app.robot.model import Robot
 from app.robot.ranges import complete
 from app.robot.skin import Skin, range_noise
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
-from app.studies.ranges import DISTANCES, FRAMES, table_of
-from app.studies.report import Check
 from app.world.world import World
 
 BEFORE = (0.01, 0.02, 0.05, 0.10)  # [m] of obstacles before the body
