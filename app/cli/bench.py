@@ -6,8 +6,6 @@ from typing import Literal
 
 import tyro
 
-from app.wiring import Setup
-
 
 @dataclass(frozen=True)
 class Bench:
@@ -43,11 +41,13 @@ class Bench:
             report = bench_control(steps=int(400 * self.seconds), seed=self.seed)
         elif self.what == "tick":
             from app.bench.tick import bench_tick
+            from app.wiring import Setup
 
             setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
             report = bench_tick(setup, self.seconds)
         elif self.what == "serial":
             from app.bench.serial import bench_serial
+            from app.wiring import Setup
 
             setup = Setup(robot=self.robot, rate=self.rate, seed=self.seed)
             report = bench_serial(setup, self.seconds)

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import tyro
 
 from app.cli.which import WhichRobot
-from app.wiring import Setup, build_robot, choose_skin
 
 
 @dataclass(frozen=True)
@@ -21,6 +20,7 @@ class Doctor(WhichRobot):
 
     def __call__(self) -> None:
         from app.checks.doctor import examine, to_table
+        from app.wiring import Setup, build_robot, choose_skin
 
         setup = Setup(self.robot, self.skin, urdf=self.urdf, choice=self.choice())
         robot = build_robot(setup)

@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 import tyro
 
 from app.timing import WallClock
-from app.wiring import Setup
 
 
 @dataclass(frozen=True)
@@ -87,6 +86,7 @@ class SkinEmulate:
 
     def __call__(self) -> None:
         from app.virtual.skin.emulate import Emulation, emulate
+        from app.wiring import Setup
 
         what = Emulation(
             self.link, self.format, self.replay, self.faults, self.only, self.seconds
