@@ -97,7 +97,18 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
         )
         times = {f"{cloud}_ms": median[f"{words} {cloud}"] for cloud in ("around", "near", "far")}
         rows.append({"name": f"{name}: ours, rays a zone: {words}"} | times | _kept(kept, label))
-    checks = []
+    more, checks = _roboplans(name, theirs, median, label)
+    return rows + more, checks
+
+
+def _roboplans(
+    name: str,
+    theirs: dict[tuple[str, str], tuple[Array, NDArray[np.bool_]]],
+    median: dict[str, float],
+    label: NDArray[np.int16],
+) -> Found:
+    """roboplan's times [s] and masks by method and cloud, beside our medians [ms]."""
+    rows, checks = [], []
     for method, words in (("Narrowphase", "exact"), ("PaddedObb", "boxes")):
         for cloud in ("around", "near", "far"):
             seconds, mask = theirs[method, cloud]

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from app.checks.skin import TRUSTED
+from app.checks.trusted import trusted_depth
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
 from app.report import Report
@@ -40,8 +40,7 @@ def calibrate_ranges(
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
         path, _, name = recording.partition("@")
         r = read_recording(Path(path))
-        good = (r.targets > 0) & np.isin(r.status, TRUSTED)
-        walls = [(skin.index(name) if name else 0, distance, np.where(good, r.distance, np.nan))]
+        walls = [(skin.index(name) if name else 0, distance, trusted_depth(r))]
     rows = []
     for k, d, depth in walls:
         rows.append({"name": skin.sensors[k].name} | _row(skin, k, d, depth))
@@ -67,9 +66,7 @@ def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, floa
             while len(frames) < FRAMES:
                 now += 1.0 / RATE
                 frames += eye.poll(now, posture)
-            good = [(f.targets > 0) & np.isin(f.status, TRUSTED) for f in frames]
-            depth = [np.where(g, f.distance, np.nan) for f, g in zip(frames, good, strict=True)]
-            out.append((k, distance, np.array(depth)))
+            out.append((k, distance, np.array([trusted_depth(f) for f in frames])))
     return out
 
 
