@@ -99,13 +99,15 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         arm = _arm(setup, robot, home if world is not None else None)
         held.append(arm)
         engine = assemble(
-            robot, skin, arm, source, world, clock,
-            cell=cell, params=params, rate=setup.rate, programs=programs,
-            # a real arm stays where it is until a person says where to go, and when
-            goal=scene.goal if simulated and world is not None else None,
-            begin=Mode.RUNNING if simulated else Mode.HOLDING,
-            look_every=PICTURE if setup.apart else 0.0,
-            scene=scene.title if world is not None else _real_title(setup),
+            robot, skin, arm, source, world, clock, rate=setup.rate,
+            start=Start(
+                cell, params, programs=programs,
+                # a real arm stays where it is until a person says where to go, and when
+                goal=scene.goal if simulated and world is not None else None,
+                begin=Mode.RUNNING if simulated else Mode.HOLDING,
+                scene=scene.title if world is not None else _real_title(setup),
+                look_every=PICTURE if setup.apart else 0.0,
+            ),
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
@@ -123,27 +125,35 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     return engine
 
 
-def assemble(
-    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None, clock: Clock,
-    *,
-    cell: Cell | None = None,
-    params: Params | None = None,
-    goal: Goal | None = None,
-    programs: Mapping[str, Program] | None = None,
-    begin: Mode = Mode.RUNNING,
-    rate: float = 250.0,
-    scene: str = "",
-    look_every: float = 0.0,
-) -> Engine:  # fmt: skip
-    """An engine of these parts; `world` None: what the sensors see is real.
+@dataclass(frozen=True)
+class Start:
+    """What an engine knows and does at first.
 
+    cell:       the known static place, None: nothing is known.   scene: what the page calls it.
+    goal:       None: the tool stays where it is.   programs: those that may be run, by name.
     look_every: [s] between two looks of onlookers at the simulated world.
     """
+
+    cell: Cell | None = None
+    params: Params | None = None
+    goal: Goal | None = None
+    programs: Mapping[str, Program] | None = None
+    begin: Mode = Mode.RUNNING
+    scene: str = ""
+    look_every: float = 0.0
+
+
+def assemble(
+    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None, clock: Clock,
+    start: Start = Start(), rate: float = 250.0,
+) -> Engine:  # fmt: skip
+    """An engine of these parts; `world` None: what the sensors see is real."""
     brain = Brain(
-        limited(robot, arm.limits), skin, cell, params, goal=goal, programs=programs, begin=begin
+        limited(robot, arm.limits), skin, start.cell, start.params,
+        goal=start.goal, programs=start.programs, begin=start.begin,
     )  # fmt: skip
-    plant = build_plant(robot, skin, arm, source, world, look_every)
-    return Engine(brain, plant, clock, rate=rate, scene=scene)
+    plant = build_plant(robot, skin, arm, source, world, start.look_every)
+    return Engine(brain, plant, clock, rate=rate, scene=start.scene)
 
 
 def build_plant(

@@ -13,7 +13,7 @@ from app.robot.posture import rotation_vector
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.timing import ManualClock
-from app.wiring import assemble
+from app.wiring import Start, assemble
 from app.world.world import World
 
 TOML = """
@@ -147,9 +147,8 @@ def engine(robot, skin, tmp_path):
     world = World(())
     eye = SimulatedSkin(robot, skin, world, 0, ErrorModel(ideal=True))
     two = program(tmp_path)
-    return assemble(
-        robot, skin, SimulatedArm(robot), eye, world, ManualClock(), rate=100, programs={"two": two}
-    )
+    start = Start(programs={"two": two})
+    return assemble(robot, skin, SimulatedArm(robot), eye, world, ManualClock(), start, 100)
 
 
 def run(engine, seconds, *actions):

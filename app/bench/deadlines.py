@@ -24,7 +24,7 @@ from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
 from app.timing import Ticker, WallClock
 from app.virtual.skin.board import speaking_board
-from app.wiring import PICTURE, assemble
+from app.wiring import PICTURE, Start, assemble
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
@@ -71,8 +71,8 @@ def _run(
 ) -> list[float]:  # fmt: skip
     arm = SimulatedArm(robot, scene.home)
     engine = assemble(
-        robot, skin, arm, source, world, WallClock(), cell=scene.cell, goal=scene.goal,
-        rate=rate, look_every=PICTURE,
+        robot, skin, arm, source, world, WallClock(),
+        Start(scene.cell, goal=scene.goal, look_every=PICTURE), rate,
     )  # fmt: skip
     try:
         with watch(engine):

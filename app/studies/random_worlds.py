@@ -19,21 +19,22 @@ import numpy as np
 from app.actions import SetGoal
 from app.config import ControlMode, Params
 from app.judge.least import LeastDistance
+from app.judge.run import JUDGED_EVERY
 from app.judge.truth import TrueDistance
 from app.messages import Array, Goal, Mode, Snapshot, freeze
+from app.poses import transform
 from app.report import Check, Report
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, load_skin
 from app.sensing.simulated import SimulatedSkin
 from app.studies.free_direction import free_direction
-from app.studies.headless import JUDGED_EVERY
+from app.studies.headless import step_until
 from app.studies.trial_log import Trial, TrialLog
 from app.timing import ManualClock
-from app.wiring import assemble
+from app.wiring import Start, assemble
 from app.world.motion import make_motion
 from app.world.shapes import make_shape
-from app.world.tables import transform
 from app.world.world import Body, World
 
 MODES: tuple[ControlMode, ...] = ("sm", "wb", "qp")
@@ -112,19 +113,17 @@ def run_trial(
     chosen = params or Params(memory=mode == "qp")
     chosen = replace(chosen, mode=mode)
     engine = assemble(
-        robot, skin, arm, source, world, ManualClock(), params=chosen, goal=goals[0], rate=rate
+        robot, skin, arm, source, world, ManualClock(), Start(params=chosen, goal=goals[0]), rate
     )
     trial = Trial(seed, mode)
-    watch = _Watch(trial, robot, truth, world, rate)
-    turn = 0
-    while True:
-        s = engine.step()
-        watch.see(s)
-        if s.stamp >= seconds:
-            return trial
-        if s.stamp >= (turn + 1) * NEW_GOAL:
-            turn += 1
-            engine.post(SetGoal(goals[turn].T_base_tool))
+    later = deque((turn * NEW_GOAL, goal) for turn, goal in enumerate(goals[1:], start=1))
+
+    def set_next_goal(s: Snapshot) -> None:
+        if s.stamp >= later[0][0]:
+            engine.post(SetGoal(later.popleft()[1].T_base_tool))
+
+    step_until(engine, seconds, _Watch(trial, robot, truth, world, rate).update, set_next_goal)
+    return trial
 
 
 class _Past(NamedTuple):
@@ -147,7 +146,7 @@ class _Watch:
         self._least = LeastDistance(truth, robot, self._moving, world)
         self._past: deque[Snapshot] = deque()
 
-    def see(self, s: Snapshot) -> None:
+    def update(self, s: Snapshot) -> None:
         """Take note of one tick."""
         t, robot, qd = self._trial, self._robot, s.command.qd
         t.finite &= bool(np.isfinite(qd).all())
