@@ -67,20 +67,6 @@ def test_every_guest_is_declared() -> None:
     assert {name: files for name, files in guests().items() if name not in declared} == {}
 
 
-def test_what_is_only_in_an_extra_is_asked_for_where_it_is_used_alone() -> None:
-    """An optional package is never imported at the head of a file: it may not be there."""
-    optional = modules(EXTRAS)
-    optional -= modules(PROJECT["dependencies"])
-    heads = {}
-    for path in (ROOT / "app").rglob("*.py"):
-        for node in ast.parse(path.read_text()).body:
-            if isinstance(node, ast.Import | ast.ImportFrom):
-                head = ast.unparse(node).split()[1].split(".")[0]
-                if head in optional:
-                    heads[path.name] = head
-    assert heads == {}
-
-
 def test_every_requirement_has_its_reason_beside_it() -> None:
     requirement = re.compile(r'^ +"[A-Za-z][\w.-]*(\[\w+\])?(==|>=)[^"]*",(?P<reason>.*)$', re.M)
     lines = [m for m in requirement.finditer(TEXT)]

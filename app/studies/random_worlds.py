@@ -33,8 +33,9 @@ from app.studies.headless import step_until
 from app.studies.trial_log import Trial, TrialLog
 from app.timing import ManualClock
 from app.wiring import Start, assemble
-from app.world.motion import make_motion
-from app.world.shapes import make_shape
+from app.world.motion import motion_of
+from app.world.shapes import shape_of
+from app.world.tables import BoxShape, CapsuleShape, LineMotion, SphereShape
 from app.world.world import Body, World
 
 MODES: tuple[ControlMode, ...] = ("sm", "wb", "qp")
@@ -231,21 +232,21 @@ def random_goal(robot: Robot, rng: np.random.Generator) -> Goal:
 
 def _random_body(name: str, rng: np.random.Generator) -> Body:
     kind = rng.choice(["sphere", "box", "capsule"])
-    table: dict[str, Any] = {"kind": str(kind)}
+    table: BoxShape | SphereShape | CapsuleShape
     if kind == "box":
-        table["size_m"] = rng.uniform(0.1, 0.4, 3).tolist()
+        table = BoxShape(tuple(rng.uniform(0.1, 0.4, 3).tolist()))
+    elif kind == "sphere":
+        table = SphereShape(float(rng.uniform(0.05, 0.15)))
     else:
-        table["radius_m"] = float(rng.uniform(0.05, 0.15))
-        if kind == "capsule":
-            table["length_m"] = float(rng.uniform(0.2, 0.6))
+        table = CapsuleShape(float(rng.uniform(0.05, 0.15)), float(rng.uniform(0.2, 0.6)))
     start, end = _place(rng, 0.5, 1.6), _place(rng, 0.3, 0.9)
     T = transform(start, rng.uniform(-1.0, 1.0, 3))
     script = None
     if rng.random() < 0.5:
         speed = float(rng.uniform(0.1, 0.5))
-        script = {"kind": "line", "to_m": end.tolist(), "speed_mps": speed, "dwell_s": 1.0}
-    shape = make_shape(table, Path(), name)
-    return Body(name, shape, (150, 150, 150), make_motion(script, T, name))
+        script = LineMotion(tuple(end.tolist()), speed, dwell_s=1.0)
+    shape = shape_of(table, Path(), name)
+    return Body(name, shape, (150, 150, 150), motion_of(script, T, name))
 
 
 def _place(rng: np.random.Generator, near: float, far: float) -> Array:
