@@ -61,7 +61,6 @@ class Setup:
     seed: int = 0
     program: str = ""  # a waypoint program's name or path, run from the start
     ghost: str = ""  # a second controller's mode, on a simulated arm of its own
-    ideal: bool = False  # sensors without noise, bias and dropout
     urdf: str = ""  # a bare URDF instead of a robot's folder
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
@@ -225,7 +224,7 @@ def _eye(
     setup: Setup, robot: Robot, skin: Skin, world: World
 ) -> SimulatedSkin | SimulatedSkinApart:
     kind = SimulatedSkinApart if setup.apart else SimulatedSkin
-    errors = ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
+    errors = ErrorModel(ghosts=setup.stray)
     return kind(robot, skin, world, setup.seed, errors)
 
 
@@ -275,6 +274,12 @@ def choose_skin(setup: Setup, robot: Robot) -> Skin:
     if setup.ranges is None:
         return skin
     return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.count)))
+
+
+def build_robot_and_skin(setup: Setup) -> tuple[Robot, Skin]:
+    """Both; RobotError where neither the setup nor the robot names a layout."""
+    robot = build_robot(setup)
+    return robot, choose_skin(setup, robot)
 
 
 def _mode(name: str) -> ControlMode:

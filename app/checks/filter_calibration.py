@@ -1,6 +1,5 @@
 """`flinch calibrate-filter`: thresholds for the self filter from returns of the robot itself."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +13,13 @@ from app.messages import SensorFrame
 from app.perception.calibration import BINS, suggest
 from app.perception.self_filter import SelfFilter
 from app.report import Report
-from app.robot.model import Robot, find_robot, load_robot
+from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.ranges import complete, load_ranges
-from app.robot.skin import Skin, load_skin
+from app.robot.skin import Skin
 from app.sensing.replay import read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else
@@ -63,13 +62,8 @@ def calibrate(
     recording: 'simulated', or PATH[@SENSOR] of an arm at rest at home with nothing near.
     ranges:    table of the zones' errors, taken off first.
     """
-    robot = load_robot(find_robot(robot_name))
-    file = skin_file or robot.skin
-    if not file:
-        raise SensorError(f"{robot.name} names no skin of its own; choose one with --skin")
-    skin = load_skin(Path(file) if skin_file else robot.folder / file, robot)
-    if ranges is not None:
-        skin = replace(skin, ranges=complete(load_ranges(ranges, skin.count)))
+    setup = Setup(robot=robot_name, skin=skin_file, ranges=ranges)
+    robot, skin = build_robot_and_skin(setup)
     params = Params()
     samples = Samples(robot, skin, params)
     if recording == "simulated":

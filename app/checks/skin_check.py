@@ -17,12 +17,12 @@ from app.checks.trusted import trusted_depth
 from app.errors import SensorError
 from app.messages import Array
 from app.report import Check, Report
-from app.robot.model import find_robot, load_robot
-from app.robot.skin import FIELD_OF_VIEW, Sensor, Skin, load_skin, range_noise, zone_directions
+from app.robot.skin import FIELD_OF_VIEW, Sensor, Skin, range_noise, zone_directions
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 SURE = 1.15  # times the other reading's residual makes a convention certain
@@ -32,10 +32,7 @@ LOOSE = 0.6  # share of the way that a hand's track must go along its axis
 
 def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: int = 0) -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
-    robot = load_robot(find_robot(robot_name))
-    if robot.skin is None:
-        raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
     port = recording.removeprefix("serial:")
     path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count

@@ -25,14 +25,14 @@ from app.messages import Array, Goal, Mode, Snapshot, freeze
 from app.poses import transform
 from app.report import Check, Report
 from app.robot.arm import SimulatedArm
-from app.robot.model import Robot, find_robot, load_robot
-from app.robot.skin import Skin, load_skin
+from app.robot.model import Robot
+from app.robot.skin import Skin
 from app.sensing.simulated import SimulatedSkin
 from app.studies.free_direction import free_direction
 from app.studies.headless import step_until
 from app.studies.trial_log import Trial, TrialLog
 from app.timing import ManualClock
-from app.wiring import Start, assemble
+from app.wiring import Setup, Start, assemble, build_robot_and_skin
 from app.world.motion import motion_of
 from app.world.shapes import shape_of
 from app.world.tables import BoxShape, CapsuleShape, LineMotion, SphereShape
@@ -63,9 +63,7 @@ def random_worlds(
 def _run(log: TrialLog, wanted: list[tuple[int, str]], seconds: float, rate: float) -> None:
     if not wanted:
         return
-    robot = load_robot(find_robot("ur10e"))
-    assert robot.skin is not None
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot="ur10e"))
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
     for seed, mode in wanted:
         log.add(run_trial(robot, skin, truth, seed, cast(ControlMode, mode), seconds, rate))

@@ -13,8 +13,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from app.errors import SensorError
-from app.robot.model import find_robot, load_robot
-from app.robot.skin import load_skin
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import binary
@@ -22,6 +20,7 @@ from app.sensing.wire.raw import RawFrame
 from app.timing import WallClock
 from app.virtual.skin.emulate import SceneFrames, raw_frame
 from app.virtual.skin.pty_port import PtyPort
+from app.wiring import Setup, build_robot_and_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -72,10 +71,7 @@ def _send_frames(link: Path, robot_name: str, scene: str, seed: int, pipe: Conne
 
 
 def _frames(robot_name: str, scene_name: str, seed: int) -> list[RawFrame]:
-    robot = load_robot(find_robot(robot_name))
-    if robot.skin is None:
-        raise SensorError(f"{robot.name} names no skin of its own; choose another robot")
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
     scene = load_scene(find_scene(scene_name), seed)
     home = robot.home if scene.home is None else scene.home
     world = World(scene.bodies)
