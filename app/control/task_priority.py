@@ -103,7 +103,7 @@ def regularised_inverse(M: Array, lambda_r: float, theta: float) -> Array:
     for i in range(len(sigma)):
         s = max(sigma[i], 0.0)
         sigma[i] = 0.0 if s < 1e-12 else s / (s * s + damping(s, lambda_r, theta))
-    return (U * sigma) @ np.ascontiguousarray(U.T)
+    return np.asarray((U * sigma) @ np.ascontiguousarray(U.T))
 
 
 @compiled

@@ -4,8 +4,8 @@ import numpy as np
 import viser
 from viser import uplot
 
-from app.messages import Snapshot
-from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, Verdict, css
+from app.messages import Snapshot, Verdict
+from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, css
 from app.ui.pacing import Every
 
 PERIOD = 0.1  # [s] between two samples
