@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast, get_args
 
 import numpy as np
 
@@ -12,8 +11,9 @@ from app.assets import asset_folder
 from app.brain import Brain
 from app.cell.files import load_cell
 from app.cell.parts import Cell
-from app.config import ControlMode, Params
+from app.config import Params
 from app.control.beginning import warnings
+from app.control.registry import kind_of
 from app.control.programs import Program, find_program, load_program, shipped_programs
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
@@ -161,7 +161,7 @@ def _ghost(setup: Setup, engine: Engine, world: World | None, source: Source, q:
     """A second brain on a simulated plant of its own, which begins where the arm is."""
     if world is None or isinstance(source, MixedSkin):
         raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
-    mode, brain = _mode(setup.ghost), engine.brain
+    mode, brain = kind_of(setup.ghost, "ghost").name, engine.brain
     eye = _eye(setup, brain.robot, brain.skin, world)
     if isinstance(eye, SimulatedSkinApart):
         eye.wait()
@@ -265,13 +265,6 @@ def choose_skin(setup: Setup, robot: Robot) -> Skin:
     if setup.ranges is None:
         return skin
     return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.count)))
-
-
-def _mode(name: str) -> ControlMode:
-    for mode in get_args(ControlMode):
-        if mode == name:
-            return cast(ControlMode, mode)
-    raise ConfigError(f"ghost = {name!r}; choose one of {', '.join(get_args(ControlMode))}")
 
 
 def _skin_file(name: str, robot: Robot) -> Path:
