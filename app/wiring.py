@@ -13,8 +13,8 @@ from app.cell.files import load_cell
 from app.cell.parts import Cell
 from app.config import Params
 from app.control.beginning import warnings
-from app.control.registry import kind_of
 from app.control.programs import Program, find_program, load_program, shipped_programs
+from app.control.registry import kind_of
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
 from app.keeper import Keeper
@@ -142,7 +142,7 @@ def assemble(
     brain = Brain(
         limited(robot, arm.limits), skin, cell, params, goal=goal, programs=programs, begin=begin
     )  # fmt: skip
-    plant = build_plant(robot, skin, arm, source, world, look_every)
+    plant = build_plant(brain.robot, skin, arm, source, world, look_every)  # one set of kinematics
     return Engine(brain, plant, clock, rate=rate, scene=scene)
 
 

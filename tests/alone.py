@@ -9,9 +9,9 @@ from app.control.bounds.rows import empty_sheet, used
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.limits import Step, braked
-from app.control.modes.qp import QpController
-from app.control.modes.task_priority import TaskPriorityController
+from app.control.qp_controller import QpController
 from app.control.registry import kind_of
+from app.control.task_priority_controller import TaskPriorityController
 from app.messages import JointState
 
 __all__ = ["Alone", "QpController", "TaskPriorityController", "alone", "bound_by"]

@@ -11,11 +11,11 @@ from app.cell.learned import EDGE, NOTHING_LEARNED, Learned, cubes_at
 from app.cell.parts import LEARNED, Box, Cell, HalfSpace
 from app.config import Params
 from app.control.beginning import warnings
-from app.control.clearance import Clearance
-from app.control.cubes import make_cubes, nearest_cube
 from app.control.bounds.cell import CellBounds
 from app.control.bounds.gap_rows import LEVER, MOST
 from app.control.cell_gaps import BESIDE, always_in, cell_within
+from app.control.clearance import Clearance
+from app.control.cubes import make_cubes, nearest_cube
 from app.control.segments import to_box
 from app.messages import Pairs
 from app.poses import transform

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from app.config import Params
 from app.control.goals import goal_error, goal_twist
 from app.control.limits import MARGIN, bring_into, velocity_box
-from app.control.modes.task_priority import activation
 from app.control.task_priority import ETA, Task, largest_step, solve
+from app.control.task_priority_controller import activation
 from app.messages import Goal, JointState, Pairs
 from app.robot.arm import SimulatedArm
 from tests.alone import alone

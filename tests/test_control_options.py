@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from app.config import Params
+from app.control.bounds.rows import Rows
 from app.control.limit_task import NEAR, limit_task
 from app.control.qp import Costs, least_slack, solve
-from app.control.bounds.rows import Rows
 from app.control.separation import allowed_speed
 from app.messages import Goal, JointState, Pairs
 from app.robot.arm import SimulatedArm

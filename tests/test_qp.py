@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from app.cell.parts import Box, Cell
 from app.config import Params
+from app.control import qp_controller
 from app.control.bounds.pairs import PairBounds
 from app.control.bounds.rows import Rows
 from app.control.capsules import fit_capsules
@@ -16,7 +17,6 @@ from app.control.clearance import Clearance
 from app.control.gaps import KEPT
 from app.control.goals import goal_error
 from app.control.limits import velocity_box
-from app.control.modes import qp as qp_mode
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.control.qp import Costs, solve
 from app.errors import FlinchError
@@ -331,7 +331,7 @@ def test_an_unsolved_tick_brakes_with_a_reason_and_three_stop(robot, control, mo
     away = Goal(robot.posture(robot.home + 0.5).T_base_tool)
     for _ in range(50):
         before = control.update(posture, s, NOTHING, away, QP, 0.004)
-    monkeypatch.setattr(qp_mode, "solve", lambda *_: None)
+    monkeypatch.setattr(qp_controller, "solve", lambda *_: None)
     for _ in range(2):
         c = control.update(posture, s, NOTHING, away, QP, 0.004)
         assert "no solution" in c.reason and np.abs(c.qd).max() < np.abs(before.qd).max()

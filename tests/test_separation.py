@@ -8,7 +8,7 @@ import pytest
 from app.config import Params
 from app.control.bounds.pairs import PairBounds
 from app.control.bounds.separation import SeparationBounds
-from app.control.registry import KINDS
+from app.control.registry import kind_of
 from app.control.separation import allowed_speed, needed, person_speed, protective_distance
 from app.messages import Goal, JointState, Pairs
 from tests.alone import alone, bound_by
@@ -96,7 +96,8 @@ def test_the_ring_is_of_the_nearest_pair_at_the_speed_that_is_measured(robot):
     assert ring(-0.2 * J) == pytest.approx(float(protective_distance(np.array(v), params)))
     assert ring(0.2 * J) == pytest.approx(ring(still))  # it goes away
     assert ring(still, age=0.3) > ring(still) + 0.3
-    assert ring(still, Params()) == 0.0
+    control = alone(robot)
+    assert ring(still, Params()) == 0.0 < ring(still, Params(separation=True))
 
 
 @pytest.mark.parametrize("mode", ["qp", "ssm"])
@@ -126,6 +127,6 @@ def test_it_bounds_the_approach_at_every_distance(robot, mode, distance, slow):
 
     fast, allowed = closing(separation=True)
     assert fast <= allowed + 1e-6
-    assert KINDS[mode].needs(Params(mode=mode, separation=True)).reach == np.inf
+    assert kind_of(mode).needs(Params(mode=mode, separation=True)).reach == np.inf
     if mode == "qp" and distance > 0.6:
         assert closing(separation=False)[0] > allowed + 0.05

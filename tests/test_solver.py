@@ -1,4 +1,4 @@
-"""The exact solver: the minimum each time, also where another solver called a wrong end solved."""
+"""The solvers: the minimum each time, with a proof, and the other one where there is none."""
 
 import json
 from pathlib import Path
@@ -6,15 +6,26 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.control import qp
-from app.control.active_set import minimise
-from app.control.qp import Costs, second_opinion, solve
-from app.control.rows import Rows
+from app.actions import AddObstacle
+from app.config import SOLVERS, Params
+from app.control import qp_controller, solver
+from app.control.bounds.rows import Rows
+from app.control.qp import TASK_WEIGHT, Costs, problem, solve
+from app.control.solver import FREE, Problem, minimise
+from app.timing import ManualClock
+from app.wiring import Setup, build_engine
 
 CAPTURED = json.loads((Path(__file__).parent / "captured_problems.json").read_text())
 
 
-def problem(rng):
+def posed(H, g, J, b, c, w, low, high):
+    """A problem as libraries take it."""
+    return Problem(
+        H, g, J, np.concatenate((low, b)), np.concatenate((high, np.full(len(b), FREE))), c, w
+    )
+
+
+def hard(rng):
     """As the controller's: six weighted rows of a goal, dear slack, a box of any width."""
     n, m = 7, int(rng.integers(0, 33))
     A = rng.normal(size=(6, n))
@@ -27,69 +38,130 @@ def problem(rng):
     if m > 6 and rng.random() < 0.3:
         J[3:6], b[3:6], c[3:6] = J[0], b[0], c[0]  # one bound four times
     middle, half = rng.uniform(-0.3, 0.3, n), rng.choice([0.0, 0.024, 0.3, 3.0])
-    return H, g, J, b, c, np.full(m, 100.0), middle - half, middle + half
+    return posed(H, g, J, b, c, np.full(m, 100.0), middle - half, middle + half)
 
 
-def cost(x, H, g, J, b, c, w):
-    s = np.maximum(b - J @ x, 0.0)
-    return 0.5 * x @ H @ x + g @ x + (c * s + 0.5 * w * s * s).sum()
+def cost(x, p):
+    s = np.maximum(p.low[len(x) :] - p.J @ x, 0.0)
+    return 0.5 * x @ p.H @ x + p.g @ x + (p.c * s + 0.5 * p.w * s * s).sum()
 
 
-def test_ten_thousand_new_problems_are_all_solved_within_their_boxes():
+def captured_in_closed_loop(monkeypatch, seconds):
+    """Every quadratic programme of runs before plates and beside a person, with a ball thrown in."""
+    found = []
+
+    def spy(costs, rows, low, high, *rest):
+        found.append(problem(costs, rows, low, high))
+        return solve(costs, rows, low, high, *rest)
+
+    monkeypatch.setattr(qp_controller, "solve", spy)
+    for scene, kept, program in (
+        ("front-panel", 0.15, ""), ("side-panel", 0.25, ""), ("front-panel", 0.40, ""),
+        ("cell", 0.20, "door-screws"),
+    ):  # fmt: skip
+        setup = Setup(scene=scene, rate=125.0, program=program)
+        engine = build_engine(setup, ManualClock(), Params(d_s=kept))
+        engine.post(AddObstacle("ball", {"kind": "sphere", "radius_m": 0.08}, (0.5, 0.4, 0.5)))
+        for _ in range(int(seconds * 125)):
+            engine.step()
+    return found
+
+
+@pytest.mark.parametrize("name", SOLVERS)
+def test_new_problems_are_all_solved_within_their_boxes(name):
     rng = np.random.default_rng(11)
-    unsolved, outside = 0, 0.0
-    for _ in range(10_000):
-        H, g, J, b, c, w, low, high = problem(rng)
-        x = np.empty(len(g))
-        unsolved += minimise(H, g, J, b, c, w, low, high, x) < 0
-        outside = max(outside, float((x - high).max()), float((low - x).max()))
-    assert unsolved == 0 and outside <= 1e-9
+    for _ in range(2000 if name == "daqp" else 40):
+        p = hard(rng)
+        x = minimise(p, name)
+        assert x is not None
+        assert (x >= p.low[: len(x)]).all() and (x <= p.high[: len(x)]).all()
 
 
 def test_no_step_in_any_direction_is_cheaper():
     rng = np.random.default_rng(12)
     for k in range(500):
-        H, g, J, b, c, w, low, high = problem(rng)
-        x = np.empty(len(g))
-        minimise(H, g, J, b, c, w, low, high, x)
-        best = cost(x, H, g, J, b, c, w)
+        p = hard(rng)
+        x = minimise(p)
+        best = cost(x, p)
         for size in (1e-4, 1e-2):
-            for step in rng.normal(size=(20, len(g))):
-                y = np.clip(x + size * step, low, high)
-                assert best <= cost(y, H, g, J, b, c, w) + 1e-9 * max(1.0, abs(best)), k
+            for step in rng.normal(size=(20, len(x))):
+                y = np.clip(x + size * step, p.low[: len(x)], p.high[: len(x)])
+                assert best <= cost(y, p) + 1e-9 * max(1.0, abs(best)), k
 
 
-def test_it_is_exact_where_the_answer_is_known():
-    H, x = np.diag([2.0, 4.0]), np.empty(2)
+@pytest.mark.parametrize("name", SOLVERS)
+def test_it_is_exact_where_the_answer_is_known(name):
     wide = np.full(2, 50.0)
 
     def at(g, J, b, c, w, low=-wide, high=wide):
         J = np.asarray(J, float).reshape(-1, 2)
         many = (np.asarray(v, float) for v in (b, c, w))
-        assert minimise(H, np.asarray(g, float), J, *many, low, high, x) >= 0
-        return x.tolist()
+        p = posed(np.diag([2.0, 4.0]), np.asarray(g, float), J, *many, low, high)
+        return pytest.approx(minimise(p, name), abs=1e-6)
 
-    assert at([-2, -4], [], [], [], []) == pytest.approx([1, 1])
-    assert at([-2, -4], [], [], [], [], high=np.array([0.5, 50])) == pytest.approx([0.5, 1])
-    assert at([0, 0], [[1, 0]], [3], [100], [1]) == pytest.approx([3, 0])  # the price holds
-    assert at([0, 0], [[1, 0]], [3], [1], [1]) == pytest.approx([4 / 3, 0])  # it gives way
-    assert at([0, 0], [[1, 0], [-1, 0]], [1, 1], [50, 50], [100, 100]) == pytest.approx([0, 0])
+    assert at([-2, -4], [], [], [], []) == [1, 1]
+    assert at([-2, -4], [], [], [], [], high=np.array([0.5, 50])) == [0.5, 1]
+    assert at([0, 0], [[1, 0]], [3], [100], [1]) == [3, 0]  # the price holds
+    assert at([0, 0], [[1, 0]], [3], [1], [1]) == [4 / 3, 0]  # it gives way
+    assert at([0, 0], [[1, 0], [-1, 0]], [1, 1], [50, 50], [100, 100]) == [0, 0]
 
 
+def test_both_solvers_give_the_same_answers_to_problems_captured_in_closed_loop(monkeypatch):
+    problems = captured_in_closed_loop(monkeypatch, 1.6)
+    given_way, unsure = 0, 0
+    for p in problems[::20]:
+        x, unsolved = minimise(p, "daqp"), minimise(p, "proxqp")
+        assert cost(x, p) - cost(unsolved, p) <= 1e-9 * (1.0 + abs(cost(x, p)))
+        assert np.abs(x - unsolved).max() < 1e-4
+        given_way += (p.low[len(x) :] - p.J @ x).max(initial=0.0) > 1e-6
+        alone = solver.SOLVERS["proxqp"](p)[0]  # before its answer is proved, or asked for again
+        unsure += np.abs(alone[: len(x)] - x).max() > 1e-3
+    assert len(problems) > 500 and given_way > 0 and unsure == 0
+
+
+@pytest.mark.slow
+def test_a_thousand_captured_problems_are_within_1e_9_of_the_least_cost(monkeypatch):
+    """By a judge of its own: coordinate after coordinate down to where no one falls any more."""
+    problems = captured_in_closed_loop(monkeypatch, 3.0)
+    assert len(problems) >= 1000
+    for p in problems:
+        x = minimise(p)
+        assert cost(x, p) <= cost(descended(x, p), p) + 1e-9
+
+
+def descended(x, p):
+    """From x down the steepest way, projected on the box, with a step that is halved until it falls."""
+    n = len(x)
+    for _ in range(30):
+        s = np.maximum(p.low[n:] - p.J @ x, 0.0)
+        slope = p.H @ x + p.g - p.J.T @ np.where(s > 0.0, p.c + p.w * s, 0.0)
+        step = 1e-2
+        while step > 1e-9:
+            y = np.clip(x - step * slope, p.low[:n], p.high[:n])
+            if cost(y, p) < cost(x, p):
+                x = y
+                break
+            step *= 0.5
+        else:
+            return x
+    return x
+
+
+@pytest.mark.parametrize("name", SOLVERS)
 @pytest.mark.parametrize("captured", CAPTURED)
-def test_a_slow_arm_near_its_goal_is_solved(captured):
+def test_a_slow_arm_near_its_goal_is_solved(captured, name):
     """Problems that stopped the arm: every cost is small, and a joint must keep on braking."""
-    low, high = np.array(captured.pop("low")), np.array(captured.pop("high"))
-    arrays = {k: np.array(v) if isinstance(v, list) else v for k, v in captured.items()}
+    low, high = np.array(captured["low"]), np.array(captured["high"])
+    costs = Costs(**{
+        k: np.array(v) if isinstance(v, list) else v
+        for k, v in captured.items() if k not in ("low", "high")
+    })  # fmt: skip
     none = np.empty(0)
-    rows = Rows(np.empty((0, 6)), *[none] * 6)
-    answer = solve(Costs(**arrays), rows, low, high)
+    answer = solve(costs, Rows(np.empty((0, 6)), *[none] * 7), low, high, solver=name)
     assert answer is not None and (answer.qd >= low).all() and (answer.qd <= high).all()
-    captured.update(low=low, high=high)
 
     def cost_of(qd, beta):
-        c = Costs(**arrays)
-        W, t = qp.TASK_WEIGHT, c.twist
+        c, W, t = costs, TASK_WEIGHT, costs.twist
         miss = c.tool @ qd - beta * t
         away = c.k_b * (W @ (t * t) + 1e-4) * (1.0 - beta) ** 2
         effort = c.lambda_q * qd @ qd + c.lambda_a * (qd - c.previous) @ (qd - c.previous)
@@ -102,31 +174,28 @@ def test_a_slow_arm_near_its_goal_is_solved(captured):
             assert best <= cost_of(qd, np.clip(answer.progress + step[6], 0.0, 1.0)) + 1e-9
 
 
-def test_the_second_opinion_agrees_and_stands_in_when_the_steps_run_out(monkeypatch):
-    rng = np.random.default_rng(13)
-    agreed = 0
-    for _ in range(60):
-        H, g, J, b, c, w, low, high = problem(rng)
-        x = np.empty(len(g))
-        minimise(H, g, J, b, c, w, low, high, x)
-        rows = Rows(J, b, c, w, *np.zeros((3, len(b))))
-        second = second_opinion(H, g, J, rows, low, high)
-        if second is not None:
-            agreed += 1
-            assert cost(second, H, g, J, b, c, w) == pytest.approx(
-                cost(x, H, g, J, b, c, w), rel=1e-3, abs=1e-3
-            )
-    assert agreed > 30
-    monkeypatch.setattr(qp, "minimise", lambda *_: -1)
-    n = 6
-    costs = Costs(np.eye(6), np.full(6, 0.1), np.zeros(n), np.zeros(n), 10.0, 0.5, 1e-3, 2e-3, True)
-    rows = Rows(np.eye(1, 6), np.array([0.3]), *np.full((2, 1), 50.0), *np.zeros((3, 1)))
-    answer = solve(costs, rows, -np.ones(n), np.ones(n))
-    assert answer is not None and answer.qd[0] == pytest.approx(0.3, abs=1e-4)
+@pytest.mark.parametrize("wrong", [None, "shifted", "not a number"])
+def test_an_answer_that_is_none_or_not_exact_is_noticed_and_the_other_library_is_asked(
+    monkeypatch, wrong
+):
+    p = hard(np.random.default_rng(13))
+    right, asked = minimise(p), []
+
+    def spoiled(q):
+        found, pull = solver._daqp(q)
+        asked.append(q)
+        if wrong is None:
+            return None
+        return found + (1e-3 if wrong == "shifted" else np.nan), pull
+
+    monkeypatch.setitem(solver.SOLVERS, "daqp", spoiled)
+    assert minimise(p) == pytest.approx(right, abs=1e-5) and len(asked) == 1
+    monkeypatch.setitem(solver.SOLVERS, "proxqp", spoiled)
+    assert minimise(p) is None and len(asked) == 2
 
 
 def test_what_is_not_a_number_is_no_answer():
     n = 6
     costs = Costs(np.eye(6), np.full(6, np.nan), *[np.zeros(n)] * 2, 10.0, 0.5, 1e-3, 2e-3, True)
     none = np.empty(0)
-    assert solve(costs, Rows(np.empty((0, 6)), *[none] * 6), -np.ones(n), np.ones(n)) is None
+    assert solve(costs, Rows(np.empty((0, 6)), *[none] * 7), -np.ones(n), np.ones(n)) is None

@@ -58,9 +58,7 @@ def test_a_change_of_the_closest_link_moves_only_the_controller_that_knows_one_p
 
     def jump(rows):
         at = [
-            settled(
-                alone(robot, rows), robot, two_threats(posture, 0.22 - e, 0.22 + e), goal=goal
-            )
+            settled(alone(robot, rows), robot, two_threats(posture, 0.22 - e, 0.22 + e), goal=goal)
             for e in (1e-6, -1e-6)
         ]
         return np.abs(at[0].qd - at[1].qd).max()

@@ -2,19 +2,14 @@
 in the studies, and it drives the arm.
 """
 
-import json
-
 import numpy as np
 import pytest
 
-from app.cli import main
+from app.config import MODES
 from app.control.controller import Situation
-from app.control.controllers import Controllers
 from app.control.goals import goal_twist
 from app.control.limits import bring_into, velocity_box
-from app.control.registry import KINDS, controller, taking_part
-from app.config import MODES, Params
-from app.errors import ConfigError
+from app.control.registry import KINDS, controller
 from app.messages import Command, freeze
 
 

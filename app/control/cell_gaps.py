@@ -46,9 +46,7 @@ def cell_within(
 
 
 @compiled
-def _to_part(
-    placed: Placed, q: int, parts: Parts, part: int, within: float, where: Array
-) -> float:
+def _to_part(placed: Placed, q: int, parts: Parts, part: int, within: float, where: Array) -> float:
     """Distance [m] of capsule q to a part of the cell; +inf where it is surely not `within`."""
     boxes, planes = len(parts.half), len(parts.plane)
     ends, radius = placed.ends[q], placed.radius[q]

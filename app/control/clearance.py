@@ -64,7 +64,7 @@ class Clearance:
         T, near = posture.T_base_link, within if links_within is None else links_within
         own, cell = self._own(T, near), self._cell(T, within)
         cell.who[:, 0] += len(self.pairs)
-        return Gaps(*map(np.concatenate, zip(own, cell, strict=True)))
+        return Gaps._make(np.concatenate(both) for both in zip(own, cell, strict=True))
 
     def _own(self, T_base_link: NDArray[np.float64], within: float) -> Gaps:
         return Gaps(*links_within(T_base_link, self.pieces, self.pairs, within))

@@ -5,12 +5,11 @@ from dataclasses import replace
 from app.cell.learned import Learned
 from app.cell.parts import Cell
 from app.config import Params
-from app.control import modes  # noqa: F401  # registers what is shipped
 from app.control.clearance import Clearance
 from app.control.controller import Controller, Situation
 from app.control.keep_out import KeepOut
 from app.control.limits import braked
-from app.control.registry import KINDS, kind_of
+from app.control.registry import kind_of, kinds
 from app.control.stuck import Stuck
 from app.messages import Array, Command, JointState, Needs, freeze
 from app.robot.model import Robot
@@ -25,7 +24,7 @@ class Controllers:
         self._robot = robot
         self._clearance = Clearance(robot, cell)
         self._by_mode: dict[str, Controller] = {
-            name: kind.make(robot, self._clearance) for name, kind in KINDS.items()
+            name: kind.make(robot, self._clearance) for name, kind in kinds().items()
         }
         self._keep_out = KeepOut(robot, self._clearance)
         self._stuck = Stuck()

@@ -96,7 +96,7 @@ def problem(costs: Costs, rows: Rows, low: Array, high: Array) -> Problem:
         np.empty((n + 1, n + 1)), np.empty(n + 1), np.empty((m, n + 1)), least, most, np.empty(m),
         rows.quadratic,
     )  # fmt: skip
-    _write(costs, rows, low, high, p)
+    _write(costs, rows.jacobian, rows.linear, rows.low, low, high, p)
     return p
 
 
@@ -111,7 +111,9 @@ def _lacking(J: Array, low: Array, qd: Array, slack: Array, tight: np.ndarray) -
 
 
 @compiled
-def _write(costs: Costs, rows: Rows, low: Array, high: Array, out: Problem) -> None:
+def _write(
+    costs: Costs, J: Array, linear: Array, bound: Array, low: Array, high: Array, out: Problem
+) -> None:
     """Write H, g, J, prices, the box and the rows' bounds.
 
     The prices (m,) of slack differ a little, so that equal bounds give way one by one.
@@ -138,7 +140,7 @@ def _write(costs: Costs, rows: Rows, low: Array, high: Array, out: Problem) -> N
     out.g[n] = -stay
     out.low[:n], out.high[:n] = low, high
     out.low[n], out.high[n] = (1.0 if costs.slide else 0.0), 1.0
-    for i in range(len(rows.low)):
-        out.J[i, :n], out.J[i, n] = rows.jacobian[i], 0.0
-        out.low[n + 1 + i], out.high[n + 1 + i] = rows.low[i], FREE
-        out.c[i] = rows.linear[i] * (1.0 + TIE * i)
+    for i in range(len(bound)):
+        out.J[i, :n], out.J[i, n] = J[i], 0.0
+        out.low[n + 1 + i], out.high[n + 1 + i] = bound[i], FREE
+        out.c[i] = linear[i] * (1.0 + TIE * i)

@@ -9,18 +9,22 @@ with the robot and the clearance, which knows the cell, and returns a `Controlle
 `app/control/modes` is found by itself.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.config import MODES, Params
-from app.control.clearance import Clearance
-from app.control.controller import Controller
-from app.errors import ConfigError, options
+from app.errors import ConfigError
 from app.messages import Needs
-from app.robot.model import Robot
 
-Make = Callable[[Robot, Clearance], Controller]
+if TYPE_CHECKING:  # see `app.control.modes`
+    from app.control.clearance import Clearance
+    from app.control.controller import Controller
+    from app.robot.model import Robot
+
 M = TypeVar("M", bound=Callable[..., Any])
 CLOSER = 0.05  # [m] task priority comes to rest about half into its transition of 0.10 m
 
@@ -56,7 +60,7 @@ class Kind:
     name: str
     label: str
     help: str
-    make: Make
+    make: Callable[[Robot, Clearance], Controller]
     needs: Callable[[Params], Needs] = links
     distances: Callable[[Params], tuple[float, float] | None] = fading_distances
     keeping: Callable[[float], Mapping[str, Any]] = fading_settings
@@ -65,16 +69,22 @@ class Kind:
     studies: frozenset[str] = frozenset({"tradeoff", "worlds"})
 
 
-KINDS: dict[str, Kind] = {}
+_KINDS: dict[str, Kind] = {}
+
+
+def kinds() -> Mapping[str, Kind]:
+    """All that are registered, those shipped first."""
+    import_module("app.control.modes")
+    return _KINDS
 
 
 def controller(name: str, label: str, help: str, **facts: Any) -> Callable[[M], M]:
     """Register what follows as the maker of a controller; `facts` are those of `Kind`."""
 
     def register(make: M) -> M:
-        if name in KINDS:
+        if name in kinds():
             raise ValueError(f"two controllers are called {name!r}; give one another name")
-        KINDS[name] = Kind(name, label, help, make, **facts)
+        _KINDS[name] = Kind(name, label, help, make, **facts)
         MODES[name] = help
         return make
 
@@ -83,11 +93,16 @@ def controller(name: str, label: str, help: str, **facts: Any) -> Callable[[M], 
 
 def kind_of(name: str, what: str = "mode") -> Kind:
     """The controller of this name; ConfigError for one that nobody has registered."""
-    if name not in KINDS:
-        raise ConfigError(f"{what} = {name!r}; {options(name, KINDS)}")
-    return KINDS[name]
+    if name not in kinds():
+        raise ConfigError(f"{what} = {name!r}; choose one of {', '.join(kinds())}")
+    return _KINDS[name]
+
+
+def forget(name: str) -> None:
+    """The controller of this name is no longer there."""
+    del _KINDS[name], MODES[name]
 
 
 def taking_part(study: str) -> tuple[Kind, ...]:
     """The controllers that an experiment compares, in their order."""
-    return tuple(k for k in KINDS.values() if study in k.studies)
+    return tuple(k for k in kinds().values() if study in k.studies)

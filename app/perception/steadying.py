@@ -109,7 +109,7 @@ class Steadying:
 
 
 def aged(steady: Pairs, pairs: Pairs, lost: float) -> Pairs:
-    """`steady` with the ages [s] of the `pairs` that each came from, `lost` for one out of sight."""
+    """`steady` with the ages [s] of the `pairs` that each came from, `lost` of one out of sight."""
     assert pairs.age is not None and steady.source is not None
     age = np.full(len(steady.source), lost)
     seen = steady.source >= 0

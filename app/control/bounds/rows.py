@@ -67,8 +67,7 @@ def empty_sheet(room: int, joints: int) -> Rows:
 
 def used(rows: Rows) -> Rows:
     """The rows that are in use."""
-    m = int(rows.filled[0])
-    return Rows(*[column[:m] for column in rows[:-1]], rows.filled)
+    return Rows._make(column[: rows.filled[0]] for column in rows)
 
 
 def motion(posture: Posture) -> Motion:

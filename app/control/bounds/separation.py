@@ -9,7 +9,7 @@ demands a retreat. A model, not a certified function.
 import numpy as np
 
 from app.compiled import compiled
-from app.control.bounds.pairs import STATIC_COST, MOST, Near, near
+from app.control.bounds.pairs import MOST, STATIC_COST, Near, near
 from app.control.bounds.rows import (
     Motion,
     Rows,

@@ -1,4 +1,7 @@
-"""The controllers that are shipped: a file here registers what it holds, and needs no other."""
+"""What is known of each controller, a file a family: what lies here registers itself.
+
+Every `--help` reads these files, so what is heavy is imported when a controller is made.
+"""
 
 from importlib import import_module
 from pkgutil import iter_modules

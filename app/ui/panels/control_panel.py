@@ -3,7 +3,7 @@
 import viser
 
 from app.actions import SetParams
-from app.control.registry import KINDS
+from app.control.registry import kinds
 from app.messages import Snapshot
 from app.timing import Clock
 from app.ui.engine import Engine
@@ -18,11 +18,11 @@ class ControlPanel:
 
     def __init__(self, server: viser.ViserServer, engine: Engine, clock: Clock) -> None:
         self._engine, self._hands, self._pace = engine, HandsOff(clock), Every(PERIOD)
-        self._label = {kind.name: kind.label for kind in KINDS.values()}
+        self._label = {kind.name: kind.label for kind in kinds().values()}
         self.control = server.gui.add_dropdown(
             "Controller",
             tuple(self._label.values()),
-            hint="; ".join(f"{kind.label}: {kind.help}" for kind in KINDS.values()),
+            hint="; ".join(f"{kind.label}: {kind.help}" for kind in kinds().values()),
         )
 
         @self.control.on_update

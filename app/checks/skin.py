@@ -1,0 +1,173 @@
+"""`flinch skin check`: does the sensor report what the layout believes it reports?
+
+Two things to show it. A flat WALL, held anywhere: its points lie on a plane only if ranges are
+read as what they are, depth along the axis or length of the ray. A moving HAND: first from
+left to right, then from top to bottom, as seen from the sensor: the nearest zones must wander
+the same way, else the order of the zones is mirrored or turned.
+"""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from app.checks.listen import TRUSTED, listen
+from app.errors import SensorError
+from app.messages import Array
+from app.report import Check, Report
+from app.robot.model import find_robot, load_robot
+from app.robot.skin import FIELD_OF_VIEW, Sensor, Skin, load_skin, range_noise, zone_directions
+from app.sensing.error_model import ErrorModel
+from app.sensing.replay import read_recording
+from app.sensing.simulated import SimulatedSkin
+from app.timing import WallClock
+from app.world.world import World
+
+SURE = 1.15  # times the other reading's residual makes a convention certain
+FEWEST = 20  # zones of a wall, or frames of a hand
+LOOSE = 0.6  # share of the way that a hand's track must go along its axis
+
+
+def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: int = 0) -> Report:
+    """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
+    robot = load_robot(find_robot(robot_name))
+    if robot.skin is None:
+        raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
+    skin = load_skin(robot.folder / robot.skin, robot)
+    port = recording.removeprefix("serial:")
+    path, _, name = ("", "", "") if port != recording else recording.partition("@")
+    k = skin.index(name) if name else 15 % skin.count
+    if port != recording:
+        k, depth = listen(port, robot, skin, what, WallClock(), _tell)
+    elif recording.startswith("simulated"):
+        depth = simulate(robot, skin, k, what, seed)
+    else:
+        r = read_recording(Path(path))
+        good = (r.targets > 0) & np.isin(r.status, TRUSTED)
+        depth = np.where(good, r.distance, np.nan)
+    sensor = skin.sensors[k]
+    row = wall(depth, sensor) if what == "wall" else hand(depth, sensor)
+    ok = float(bool(row.pop("agrees")))
+    check = Check("agrees with the layout", ok, "", 1.0, at_least=True)
+    return Report(f"skin check {what}", seed, [{"name": sensor.name} | row], [check])
+
+
+def wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
+    """Which reading of the ranges (F, 64) makes a plane: depth along the axis, or the ray's?"""
+    n = sensor.resolution
+    row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
+    axial = zone_directions(sensor, row, column)
+    radial = axial / np.linalg.norm(axial, axis=1, keepdims=True)
+    enough = np.isfinite(depth[:, : n * n]).sum(axis=0) >= max(1, len(depth) // 2)
+    if enough.sum() < FEWEST:
+        raise SensorError(f"{int(enough.sum())} zones see a wall; hold it nearer, {FEWEST} need to")
+    z = np.nanmedian(depth[:, : n * n][:, enough], axis=0)
+    rms = {
+        name: _off_plane(z[:, None] * rays[enough])
+        for name, rays in (("axial", axial), ("radial", radial))
+    }
+    best = min(rms, key=lambda name: rms[name])
+    other = max(rms.values()) / max(rms[best], 1e-9)
+    said = best if other > SURE else "uncertain"
+    return {
+        "convention": said, "axial_rms_m": rms["axial"], "radial_rms_m": rms["radial"],
+        "zones": int(enough.sum()), "agrees": said == "axial",
+    }  # fmt: skip
+
+
+def hand(depth: Array, sensor: Sensor) -> dict[str, Any]:
+    """How the zones are mirrored and turned, from a hand that goes right, then down."""
+    n = sensor.resolution
+    track = []
+    for frame in depth[:, : n * n]:
+        if np.isfinite(frame).any():
+            near = frame <= np.nanmin(frame) + 0.05 + range_noise(np.nanmin(frame))
+            row, column = np.divmod(np.flatnonzero(near), n)
+            track.append((column.mean(), row.mean()))
+        else:
+            track.append((np.nan, np.nan))
+    half = len(track) // 2
+    ways = [_way(np.array(part)) for part in (track[:half], track[half:])]
+    found = []
+    for mirrored in (False, True):
+        for turn in (0, 90, 180, 270):
+            R = np.round([[_cos(turn), -_sin(turn)], [_sin(turn), _cos(turn)]])
+            M = R @ np.diag([-1.0 if mirrored else 1.0, 1.0])
+            score = min((M @ ways[0])[0], (M @ ways[1])[1])
+            found.append((float(score), turn, mirrored))
+    score, turn, mirrored = max(found)
+    if score < LOOSE:
+        raise SensorError(
+            "the hand's way is not clear; move it once from left to right, then once from top "
+            "to bottom, as seen from the sensor, each for half of the recording"
+        )
+    agrees = (turn, mirrored) == (sensor.rotation_deg, sensor.mirrored)
+    return {
+        "rotation_deg": turn, "mirrored": mirrored, "layout_rotation_deg": sensor.rotation_deg,
+        "layout_mirrored": sensor.mirrored, "clarity": score, "agrees": agrees,
+    }  # fmt: skip
+
+
+def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
+    """Depths (F, 64) [m] of sensor k before a wall, or a ball that goes right, then down."""
+    posture = robot.posture(robot.home)
+    T = posture.T_base_link[skin.link[k]] @ skin.sensors[k].T_link_sensor
+    world = World(())
+    if what == "wall":
+        tilt = np.eye(4)
+        c, s = np.cos(0.2), np.sin(0.2)
+        tilt[:3, :3] = [[c, 0, s], [0, 1, 0], [-s, 0, c]]
+        tilt[2, 3] = 0.4
+        world.add("wall", {"kind": "box", "size_m": [2.0, 2.0, 0.01]}, (0, 0, 0))
+        places = [T @ tilt] * 30
+        name = "wall"
+    else:
+        reach = 0.4 * np.tan(0.4 * FIELD_OF_VIEW)
+        name = "hand"
+        world.add(name, {"kind": "sphere", "radius_m": 0.04}, (0, 0, 0))
+        places = []
+        for axis in (0, 1):
+            for share in np.linspace(-1.0, 1.0, 30):
+                at = np.eye(4)
+                at[axis, 3], at[2, 3] = share * reach, 0.4
+                places.append(T @ at)
+    eye = SimulatedSkin(robot, skin, world, seed, ErrorModel(zone_bias=0.005), latency=0.0)
+    out = []
+    for i, place in enumerate(places):
+        world.move(name, place)
+        for f in eye.poll(i / 15.0, posture) + eye.poll((i + 0.999) / 15.0, posture):
+            if f.sensor == k:
+                good = (f.targets > 0) & np.isin(f.status, TRUSTED)
+                out.append(np.where(good, f.distance, np.nan))
+    return np.array(out)
+
+
+def _tell(sentence: str) -> None:
+    print(sentence, file=sys.stderr)
+
+
+def _off_plane(points: Array) -> float:
+    """Root mean square distance [m] of points to their best plane, the worst tenth left out."""
+    centred = points - points.mean(axis=0)
+    off = np.abs(centred @ np.linalg.svd(centred)[2][2])
+    keep = off <= np.quantile(off, 0.9)
+    rest = points[keep] - points[keep].mean(axis=0)
+    return float(np.linalg.svd(rest)[1][2] / np.sqrt(keep.sum()))
+
+
+def _way(track: Array) -> Array:
+    """Unit direction (2,) in columns and rows of a track (F, 2)."""
+    track = track[np.isfinite(track).all(axis=1)]
+    if len(track) < FEWEST // 2:
+        raise SensorError(f"{len(track)} frames show a hand; {FEWEST} are needed in all")
+    slope = np.polyfit(np.arange(len(track)), track, 1)[0]
+    return np.asarray(slope / max(float(np.linalg.norm(slope)), 1e-9))
+
+
+def _cos(degrees: int) -> float:
+    return float(np.cos(np.radians(degrees)))
+
+
+def _sin(degrees: int) -> float:
+    return float(np.sin(np.radians(degrees)))

@@ -1,0 +1,172 @@
+"""`flinch skin emulate`: a virtual skin on the same wire as a real one, at its full rate.
+
+scene or recording ─► frames ─► faults of boards ─► bytes ─► faults of cables ─► pty
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+from app.errors import SensorError
+from app.messages import SensorFrame, freeze
+from app.robot.posture import Posture
+from app.robot.skin import Skin
+from app.sensing.port_spec import named_sensors
+from app.sensing.replay import Recording, Replay, read_recording
+from app.sensing.schedule import RATE
+from app.sensing.simulated import SimulatedSkin
+from app.sensing.wire.detect import format_of
+from app.sensing.wire.raw import NO_TARGET, RawFrame
+from app.timing import Clock
+from app.virtual.skin.faults import Disturbed, parse_faults
+from app.virtual.skin.pty_port import PtyPort
+from app.wiring import Setup, build_robot, choose_skin
+from app.world.scene import find_scene, load_scene
+from app.world.world import World
+
+TEMPERATURE = 30  # [degrees C] of a sensor that is nowhere
+
+
+class Frames(Protocol):
+    """Where a virtual board has its frames from."""
+
+    def poll(self, now: float) -> Sequence[SensorFrame]: ...
+
+
+@dataclass(frozen=True)
+class Emulation:
+    """What to emulate; `only` is a sensor or a ring, `replay` a recording instead of a scene."""
+
+    link: Path
+    format: str = "binary"
+    replay: str = ""
+    faults: str = ""
+    only: str = ""
+    seconds: float = 0.0  # 0: until it is asked to end
+
+    def __post_init__(self) -> None:
+        if not 0.0 <= self.seconds < 1e9:
+            raise SensorError(f"seconds = {self.seconds:g}; give a positive number, or 0 for ever")
+
+
+def emulate(
+    what: Emulation,
+    setup: Setup,
+    clock: Clock,
+    ready: Callable[[str], None],
+    over: Callable[[], bool] = lambda: False,
+) -> tuple[int, int]:
+    """Speak until the time is up or `over`; returns packets said and packets lost.
+
+    `ready` is called once with a sentence when the port can be opened.
+    """
+    robot = build_robot(setup)
+    skin = choose_skin(setup, robot)
+    style = format_of(what.format)
+    sensors = named_sensors(what.only, skin) if what.only else tuple(range(skin.count))
+    if not style.named:
+        sensors = sensors[:1]  # such a format has room for one sensor
+    faults = parse_faults(what.faults, partial(named_sensors, skin=skin))
+    frames: Frames
+    if what.replay:
+        at_home = robot.posture(robot.home)
+        frames = Recorded(read_recording(Path(what.replay)), skin, sensors, at_home)
+    else:
+        scene = load_scene(find_scene(setup.scene), setup.seed)
+        home = robot.home if scene.home is None or scene.robot != robot.name else scene.home
+        world = World(scene.bodies)
+        eye = SimulatedSkin(robot, skin, world, setup.seed, latency=0.0)
+        eye.muted = set(range(skin.count)) - set(sensors)
+        frames = Simulated(eye, world, robot.posture(home))
+    with PtyPort(what.link) as port:
+        names = skin.sensors[sensors[0]].name
+        if len(sensors) > 1:
+            names += f" to {skin.sensors[sensors[-1]].name}"
+        ready(f"{names} at {RATE:g} Hz, format {what.format}, on {what.link}")
+        return speak(frames, skin, style.encode, Disturbed(faults, clock.now(), setup.seed), port,
+                     clock, what.seconds, over, 1.0 / (RATE * len(sensors)))  # fmt: skip
+
+
+def speak(
+    frames: Frames,
+    skin: Skin,
+    encode: Callable[[RawFrame], bytes],
+    wire: Disturbed,
+    port: PtyPort,
+    clock: Clock,
+    seconds: float,
+    over: Callable[[], bool],
+    period: float,
+) -> tuple[int, int]:
+    """Say every frame when it is due, looking for them every `period` [s]."""
+    begin = due = clock.now()
+    said = 0
+    while not over() and (not seconds or clock.now() - begin < seconds):
+        now = clock.now()
+        for f in frames.poll(now):
+            said += 1
+            raw = wire.frame(raw_of(f, skin.sensors[f.sensor].resolution, wire.clock(now)))
+            port.write(wire.wire(encode(raw), now))
+        due = max(due + period, now)  # after a stall no burst of old frames
+        clock.sleep_until(due)
+    return said, port.lost
+
+
+def raw_of(frame: SensorFrame, resolution: int, t_us: int) -> RawFrame:
+    """A frame as its board would send it; distances in whole millimetres."""
+    distance = np.clip(np.round(frame.distance * 1e3), -32768, 32767).astype(np.int16)
+    status = np.where(frame.targets > 0, frame.status, NO_TARGET).astype(np.uint8)
+    used = np.arange(len(distance)) < resolution**2
+    return RawFrame(
+        frame.sensor, frame.sequence % (1 << 16), t_us, resolution,
+        freeze(np.where(used, distance, 0).astype(np.int16)),
+        freeze(np.where(used, status, NO_TARGET).astype(np.uint8)), TEMPERATURE,
+    )  # fmt: skip
+
+
+class Simulated:
+    """Frames of a scene, seen by a skin on an arm that stands still."""
+
+    def __init__(self, eye: SimulatedSkin, world: World, posture: Posture) -> None:
+        self._eye, self._world, self._posture = eye, world, posture
+        self._begin: float | None = None
+
+    def poll(self, now: float) -> Sequence[SensorFrame]:
+        """Frames of the sensors that are due."""
+        if self._begin is None:
+            self._begin = now
+        self._world.step(now - self._begin)
+        return self._eye.poll(now, self._posture)
+
+
+class Recorded:
+    """A recording on every one of `sensors`, staggered over a period, again and again."""
+
+    def __init__(
+        self, recording: Recording, skin: Skin, sensors: Sequence[int], posture: Posture
+    ) -> None:
+        self._recording, self._skin, self._posture = recording, skin, posture
+        self._players = {k: Replay(recording, skin, k) for k in sensors}
+        self._sequence = dict.fromkeys(sensors, 0)
+        self._begin: float | None = None
+
+    def poll(self, now: float) -> Sequence[SensorFrame]:
+        """Frames whose recorded time has come."""
+        if self._begin is None:
+            self._begin = now
+        out = []
+        for i, (k, player) in enumerate(self._players.items()):
+            if now < self._begin + i / (RATE * len(self._players)):
+                continue
+            for f in player.poll(now, self._posture):
+                out.append(
+                    SensorFrame(k, f.stamp, self._sequence[k], f.distance, f.status, f.targets)
+                )
+                self._sequence[k] += 1
+            if player.ended():
+                self._players[k] = Replay(self._recording, self._skin, k)
+        return out
