@@ -47,7 +47,7 @@ def cost(x, p):
 
 
 def captured_in_closed_loop(monkeypatch, seconds):
-    """Every quadratic programme of runs before plates and beside a person, with a ball thrown in."""
+    """Every programme of runs before plates and beside a person, with a ball thrown in."""
     found = []
 
     def spy(costs, rows, low, high, *rest):
@@ -70,7 +70,7 @@ def captured_in_closed_loop(monkeypatch, seconds):
 @pytest.mark.parametrize("name", SOLVERS)
 def test_new_problems_are_all_solved_within_their_boxes(name):
     rng = np.random.default_rng(11)
-    for _ in range(2000 if name == "daqp" else 40):
+    for _ in range(5000 if name == "daqp" else 100):
         p = hard(rng)
         x = minimise(p, name)
         assert x is not None
@@ -130,7 +130,7 @@ def test_a_thousand_captured_problems_are_within_1e_9_of_the_least_cost(monkeypa
 
 
 def descended(x, p):
-    """From x down the steepest way, projected on the box, with a step that is halved until it falls."""
+    """From x down the steepest way, projected on the box, with steps halved until it falls."""
     n = len(x)
     for _ in range(30):
         s = np.maximum(p.low[n:] - p.J @ x, 0.0)
@@ -178,7 +178,8 @@ def test_a_slow_arm_near_its_goal_is_solved(captured, name):
 def test_an_answer_that_is_none_or_not_exact_is_noticed_and_the_other_library_is_asked(
     monkeypatch, wrong
 ):
-    p = hard(np.random.default_rng(13))
+    rng = np.random.default_rng(13)
+    p = next(p for p in (hard(rng) for _ in range(99)) if p.high[0] - p.low[0] > 1.0)
     right, asked = minimise(p), []
 
     def spoiled(q):
