@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast, get_args
 
 import numpy as np
 
@@ -12,9 +11,10 @@ from app.assets import asset_folder
 from app.brain import Brain
 from app.cell.files import load_cell
 from app.cell.parts import Cell
-from app.config import ControlMode, Params
+from app.config import Params
 from app.control.beginning import warnings
 from app.control.programs import Program, find_program, load_program, shipped_programs
+from app.control.registry import kind_of
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
 from app.keeper import Keeper
@@ -170,7 +170,7 @@ def _ghost(setup: Setup, engine: Engine, world: World | None, source: Source, q:
     """A second brain on a simulated plant of its own, which begins where the arm is."""
     if world is None or isinstance(source, MixedSkin):
         raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
-    mode, brain = _mode(setup.ghost), engine.brain
+    mode, brain = kind_of(setup.ghost, "ghost").name, engine.brain
     eye = _eye(setup, brain.robot, brain.skin, world)
     if isinstance(eye, SimulatedSkinApart):
         eye.wait()
@@ -280,13 +280,6 @@ def build_robot_and_skin(setup: Setup) -> tuple[Robot, Skin]:
     """Both; RobotError where neither the setup nor the robot names a layout."""
     robot = build_robot(setup)
     return robot, choose_skin(setup, robot)
-
-
-def _mode(name: str) -> ControlMode:
-    for mode in get_args(ControlMode):
-        if mode == name:
-            return cast(ControlMode, mode)
-    raise ConfigError(f"ghost = {name!r}; choose one of {', '.join(get_args(ControlMode))}")
 
 
 def _skin_file(name: str, robot: Robot) -> Path:

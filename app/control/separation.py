@@ -21,12 +21,6 @@ from app.messages import Array, Pairs
 UNSURE = 0.25  # [m/s] a person may come faster than measured: twice the estimate's deviation
 NEW = 0.10  # [s] the reaction time holds a measurement this old: a frame and its processing
 LONG = 10.0  # [s] an older measurement says no more than one this old: nothing
-FASTEST = 1.5  # [m] from here on a person's pace allows any speed of an arm
-
-
-def in_use(params: Params) -> bool:
-    """Does the model bound the approach?"""
-    return params.separation or params.mode == "ssm"
 
 
 def protective_distance(

@@ -12,12 +12,13 @@ from collections import Counter, deque
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from app.actions import SetGoal
-from app.config import ControlMode, Params
+from app.config import Params
+from app.control.registry import kind_of, taking_part
 from app.judge.least import LeastDistance
 from app.judge.run import JUDGED_EVERY
 from app.judge.truth import TrueDistance
@@ -38,7 +39,7 @@ from app.world.shapes import shape_of
 from app.world.tables import BoxShape, CapsuleShape, LineMotion, SphereShape
 from app.world.world import Body, World
 
-MODES: tuple[ControlMode, ...] = ("sm", "wb", "qp")
+OURS = Params().mode  # the controller that is blamed for what it touches
 AHEAD = 0.5  # [s] an obstacle must have been seen before a touch
 TRUE = 0.10  # [m] perceived minus true distance up to which it counts as seen
 CLEAR = 0.35  # [m] true distance of every body at the start
@@ -54,7 +55,8 @@ def random_worlds(
     log: a file of trials; those in it are not run again, and each new one is added to it.
     """
     done = TrialLog(log, {"seconds": seconds, "rate": rate})
-    wanted = [(seed + i, mode) for i in range(worlds) for mode in MODES]
+    modes = [kind.name for kind in taking_part("worlds")]
+    wanted = [(seed + i, mode) for i in range(worlds) for mode in modes]
     _run(done, done.missing(wanted), seconds, rate)
     trials = [done.done[w] for w in wanted]
     return _report(trials, worlds, seconds, seed)
@@ -66,17 +68,18 @@ def _run(log: TrialLog, wanted: list[tuple[int, str]], seconds: float, rate: flo
     robot, skin = build_robot_and_skin(Setup(robot="ur10e"))
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
     for seed, mode in wanted:
-        log.add(run_trial(robot, skin, truth, seed, cast(ControlMode, mode), seconds, rate))
+        log.add(run_trial(robot, skin, truth, seed, mode, seconds, rate))
 
 
 def _report(trials: list[Trial], worlds: int, seconds: float, seed: int) -> Report:
-    rows = [_row(mode, [t for t in trials if t.mode == mode], seconds) for mode in MODES]
+    modes = list(dict.fromkeys(t.mode for t in trials))
+    rows = [_row(mode, [t for t in trials if t.mode == mode], seconds) for mode in modes]
     rows += [
         {"name": f"touch {t.mode} seed {t.seed}", **t.touch} for t in trials if t.touch is not None
     ]
     rows += [{"name": f"fault {t.mode} seed {t.seed}", "fault": t.fault} for t in trials if t.fault]
     blamed = sum(
-        1 for t in trials if t.mode == "qp" and t.touch and t.touch["cause"] == "avoidable"
+        1 for t in trials if t.mode == OURS and t.touch and t.touch["cause"] == "avoidable"
     )
     checks = [
         Check("worlds", float(worlds), "", 1000.0, at_least=True),
@@ -87,7 +90,7 @@ def _report(trials: list[Trial], worlds: int, seconds: float, seed: int) -> Repo
         Check("excess over a position limit", max(t.reach for t in trials), "rad", ROUNDING),
         Check("commands not finite", float(sum(not t.finite for t in trials)), "", 0.0),
         Check("exceptions", float(sum(bool(t.fault) for t in trials)), "", 0.0),
-        Check("qp: touches seen ahead with a free direction", float(blamed), "", 0.0),
+        Check(f"{OURS}: touches seen ahead with a free direction", float(blamed), "", 0.0),
     ]
     return Report("random worlds", seed, rows, checks)
 
@@ -97,7 +100,7 @@ def run_trial(
     skin: Skin,
     truth: TrueDistance,
     seed: int,
-    mode: ControlMode,
+    mode: str,
     seconds: float,
     rate: float,
     params: Params | None = None,
@@ -109,7 +112,7 @@ def run_trial(
     source = SimulatedSkin(robot, skin, world, seed)
     arm = SimulatedArm(robot)
     # each as it is meant to be run: the paper's have no memory
-    chosen = params or Params(memory=mode == "qp")
+    chosen = params or Params(memory=kind_of(mode).memory[0])
     chosen = replace(chosen, mode=mode)
     engine = assemble(
         robot, skin, arm, source, world, ManualClock(), Start(params=chosen, goal=goals[0]), rate
