@@ -157,7 +157,7 @@ def test_a_slow_arm_near_its_goal_is_solved(captured, name):
         for k, v in captured.items() if k not in ("low", "high")
     })  # fmt: skip
     none = np.empty(0)
-    answer = solve(costs, Rows(np.empty((0, 6)), *[none] * 7), low, high, solver=name)
+    answer = solve(costs, Rows(np.empty((0, 6)), *[none] * 5), low, high, solver=name)
     assert answer is not None and (answer.qd >= low).all() and (answer.qd <= high).all()
 
     def cost_of(qd, beta):
@@ -199,4 +199,4 @@ def test_what_is_not_a_number_is_no_answer():
     n = 6
     costs = Costs(np.eye(6), np.full(6, np.nan), *[np.zeros(n)] * 2, 10.0, 0.5, 1e-3, 2e-3, True)
     none = np.empty(0)
-    assert solve(costs, Rows(np.empty((0, 6)), *[none] * 7), -np.ones(n), np.ones(n)) is None
+    assert solve(costs, Rows(np.empty((0, 6)), *[none] * 5), -np.ones(n), np.ones(n)) is None
