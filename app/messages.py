@@ -111,7 +111,8 @@ class Cloud:
 
     def kept(self) -> Array:
         """Points of the world, (m, 3) [m], base frame."""
-        return self.points[self.verdict == Verdict.KEPT]
+        kept: Array = self.points[self.verdict == Verdict.KEPT]
+        return kept
 
 
 @dataclass(frozen=True, eq=False, slots=True)

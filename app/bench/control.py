@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from app.bench.control_cases import DT, FAR, Case, make_cases, make_runs
-from app.bench.peers.controllers import peers
+from app.bench.peers.controllers import available_peers
 from app.bench.standalone import Standalone
 from app.config import Params
 from app.messages import Array
@@ -136,7 +136,7 @@ def _beside(robot: Robot, seed: int) -> list[dict[str, Any]]:
                 control.reset()
             control.step(c, params, DT)
 
-        for name, make in peers().items():
+        for name, make in available_peers().items():
             if isinstance(make, str):
                 if k == 1:
                     rows.append({"name": name, "left_out": make})

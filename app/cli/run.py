@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from app.cli.confirm import confirm
-from app.cli.kernels import tell
+from app.cli.kernels import print_progress
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.control.registry import kinds
@@ -159,7 +159,7 @@ def _serve(setup: "Setup", params: Params, entrance: Entrance, open_browser: boo
     try:
         if quit_asked.is_set():
             return  # asked before anything could move
-        engine.progress = tell
+        engine.progress = print_progress
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)

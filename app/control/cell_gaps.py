@@ -67,7 +67,7 @@ def _from_centre(centre: Array, T: Array, half: Array) -> float:
     for i in range(3):
         v = T[i, 0] * centre[0] + T[i, 1] * centre[1] + T[i, 2] * centre[2] + T[i, 3]
         square += max(abs(v) - half[i], 0.0) ** 2
-    return np.sqrt(square)
+    return float(np.sqrt(square))
 
 
 @compiled
@@ -95,7 +95,7 @@ def _to_box(ends: Array, radius: float, T: Array, half: Array, where: Array) -> 
             where[0, i] += T[j, i] * (x[j] - T[j, 3])
             where[1, i] += T[j, i] * (y[j] - T[j, 3])
     lead_out(radius, 0.0, -1.0 if face >= 0 else 1.0, where)
-    return distance - radius
+    return float(distance - radius)
 
 
 @compiled

@@ -127,7 +127,7 @@ def _narrowed(
 def _approach(distance: float, qdd_max: float) -> float:
     if distance < 0.0:
         return STIFFNESS * distance
-    return min(STIFFNESS * distance, np.sqrt(2.0 * BRAKING * qdd_max * distance))
+    return min(STIFFNESS * distance, float(np.sqrt(2.0 * BRAKING * qdd_max * distance)))
 
 
 @compiled

@@ -53,7 +53,7 @@ def person_speed(pairs: Pairs, params: Params) -> Array:
     assumed = np.full(len(pairs.distance), params.ssm_person)
     if not params.ssm_measured or pairs.approach is None:
         return assumed
-    return np.minimum(np.maximum(pairs.approach, 0.0) + UNSURE, assumed)
+    return np.asarray(np.minimum(np.maximum(pairs.approach, 0.0) + UNSURE, assumed))
 
 
 def ages(pairs: Pairs) -> Array:

@@ -108,7 +108,7 @@ def regularised_inverse(M: Array) -> Array:
     for i in range(len(sigma)):
         s = max(sigma[i], 0.0)
         sigma[i] = 0.0 if s < 1e-12 else s / (s * s + damping(s))
-    return (U * sigma) @ np.ascontiguousarray(U.T)
+    return np.asarray((U * sigma) @ np.ascontiguousarray(U.T))
 
 
 @compiled

@@ -15,9 +15,10 @@ import numpy as np
 from app.config import Params
 from app.control.goals import goal_error
 from app.control.registry import kind_of, taking_part
-from app.messages import Array
+from app.judge.run import Judge
+from app.messages import Array, Snapshot
 from app.report import Check, Report
-from app.studies.headless import Judge
+from app.studies.headless import step_until
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
@@ -78,14 +79,14 @@ def run_point(p: Point, seconds: float, seed: int, rate: float) -> dict[str, Any
     setup = Setup(scene=p.scene, seed=seed, rate=rate, program=program)
     engine = build_engine(setup, ManualClock(), p.params())
     judge = Judge(engine)
-    qd, held = [], []
-    while True:
-        s = engine.step()
-        judge.see(s)
+    qd: list[Array] = []
+    held: list[bool] = []
+
+    def note(s: Snapshot) -> None:
         qd.append(s.command.qd)
         held.append(s.command.activation > 0.0)
-        if s.stamp >= seconds:
-            break
+
+    s = step_until(engine, seconds, judge.update, note)
     r = judge.record
     true = np.array(r.true_distance)
     distal = np.array(r.distal_distance)  # what hardly moves is as near with any controller

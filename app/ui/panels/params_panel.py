@@ -74,9 +74,10 @@ class ParamsPanel:
             )
         self.controls[t.name] = handle
 
-        @handle.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
+        async def changed(event: viser.GuiEvent[Any]) -> None:
             self._change(t, event)
+
+        handle.on_update(changed)
 
     def _change(self, t: Tunable, event: viser.GuiEvent[Any]) -> None:
         if event.client_id is None:  # the page itself showed what another window has set

@@ -5,8 +5,8 @@ import viser
 from viser import uplot
 
 from app.control.registry import kind_of
-from app.messages import Snapshot
-from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, Verdict, css
+from app.messages import Snapshot, Verdict
+from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, css
 from app.ui.pacing import Every
 
 PERIOD = 0.1  # [s] between two samples
