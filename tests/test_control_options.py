@@ -64,7 +64,7 @@ def opposite(robot, cheap, dear):
     J = np.zeros((2, robot.n))
     J[:, 0] = 1.0, -1.0
     z = np.zeros(2)
-    rows = Rows(J, np.array([0.2, 0.1]), np.array([cheap, dear]), np.full(2, 100.0), z, z, z, z)
+    rows = Rows(J, np.array([0.2, 0.1]), np.array([cheap, dear]), np.full(2, 100.0), z, z)
     tool = robot.posture(robot.home).tool_jacobian()
     n = robot.n
     costs = Costs(tool, np.zeros(6), np.zeros(n), np.zeros(n), 10.0, 0.5, 1e-3, 2e-3, False)
@@ -87,7 +87,7 @@ def test_strict_order_reaches_what_the_prices_reach_where_the_bounds_can_be_met(
     for _ in range(50):
         J, inside = rng.normal(size=(8, robot.n)), rng.uniform(-0.3, 0.3, robot.n)
         z = np.zeros(8)
-        rows = Rows(J, J @ inside - 0.05, np.full(8, 50.0), np.full(8, 100.0), z, z, z, z)
+        rows = Rows(J, J @ inside - 0.05, np.full(8, 50.0), np.full(8, 100.0), z, z)
         tool = robot.posture(rng.uniform(-2, 2, robot.n)).tool_jacobian()
         n = robot.n
         twist = rng.normal(scale=0.2, size=6)

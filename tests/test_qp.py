@@ -53,7 +53,7 @@ def rows_of(jacobian, low):
     m = len(low)
     return Rows(
         np.asarray(jacobian, float), np.asarray(low, float), np.full(m, 50.0), np.full(m, 100.0),
-        np.arange(m), np.zeros(m, dtype=bool), np.zeros(m, dtype=bool), np.array([m]),
+        np.arange(m), np.zeros(m, dtype=int),
     )  # fmt: skip
 
 

@@ -8,7 +8,8 @@ import pytest
 from app.config import Params
 from app.control.bounds.pairs import PairBounds
 from app.messages import Goal, JointState, Pairs
-from app.perception.steadying import GONE, KEEP, NEARER, ROOM, UNSURE, Steadying, aged
+from app.perception.following import GONE, KEEP, NEARER, ROOM, UNSURE
+from app.perception.steadying import Steadying, aged
 from tests.alone import alone, bound_by
 
 DT, REACH = 0.008, 0.6

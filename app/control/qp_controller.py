@@ -13,7 +13,7 @@ from app.control.bounds.cell import CellBounds
 from app.control.bounds.gap_rows import MOST
 from app.control.bounds.own_body import OwnBodyBounds
 from app.control.bounds.pairs import PairBounds
-from app.control.bounds.rows import Bound, Rows, empty_sheet, used
+from app.control.bounds.rows import Bound, Rows, empty_sheet, rows_of
 from app.control.bounds.separation import SeparationBounds
 from app.control.clearance import Clearance
 from app.control.controller import Situation
@@ -73,7 +73,7 @@ class QpController:
         sheet = empty_sheet(2 * (len(now.pairs.distance) + MOST), self._robot.n)
         for bound in bounds:
             bound.append(now, step, sheet)
-        rows = used(sheet)
+        rows = rows_of(sheet)
         costs, strict = self._costs(now, previous), now.params.lexicographic
         answer = solve(costs, rows, step.low, step.high, strict, now.params.solver)
         if answer is None:
@@ -160,7 +160,7 @@ def _held(
     tight: NDArray[np.bool_],
     low: Array,
     source: NDArray[np.int64],
-    inside: NDArray[np.bool_],
+    inside: NDArray[np.int64],
 ) -> tuple[int, float, bool]:
     """The bound that holds the arm most, -1 for none, the largest slack, and if one gave way.
 
@@ -169,7 +169,7 @@ def _held(
     first, most, gave = -1, 0.0, False
     for i in range(len(low)):
         most = max(most, slack[i])
-        gave |= inside[i] and slack[i] > GIVES_WAY
+        gave |= inside[i] != 0 and slack[i] > GIVES_WAY
         if not tight[i]:
             continue
         world, before = source[i] >= 0, first >= 0 and source[first] >= 0

@@ -24,13 +24,14 @@ from app.compiled import compiled
 from app.config import Params
 from app.control.bounds.rows import (
     Motion,
-    Rows,
+    Sheet,
     add_rate,
     authority,
     bites,
     ease,
     keep_tightest,
     motion,
+    put,
 )
 from app.control.controller import Situation
 from app.control.limits import Step
@@ -69,9 +70,9 @@ class Near(NamedTuple):
 class PairBounds:
     """The bounds of the world's pairs, the tightest of them."""
 
-    def append(self, now: Situation, step: Step, rows: Rows) -> None:
+    def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append at most `MOST`."""
-        _append(near(now.pairs), damper(now.params), motion(now.posture), step, rows)
+        _append(near(now.pairs), damper(now.params), motion(now.posture), step, sheet)
 
 
 def near(pairs: Pairs) -> Near:
@@ -87,21 +88,20 @@ def damper(params: Params) -> Damper:
 
 
 @compiled
-def _append(pairs: Near, law: Damper, moves: Motion, step: Step, out: Rows) -> None:
-    first = out.filled[0]
+def _append(pairs: Near, law: Damper, moves: Motion, step: Step, sheet: Sheet) -> None:
+    first = sheet.filled[0]
     for i in range(len(pairs.distance)):
         if pairs.distance[i] < law.reach:
-            _append_pair(i, pairs, law, moves, step, out)
-    keep_tightest(out, first, MOST)
-    for i in range(first, out.filled[0]):
-        ease(out, i, step)
+            _append_pair(i, pairs, law, moves, step, sheet)
+    keep_tightest(sheet, first, MOST)
+    for i in range(first, sheet.filled[0]):
+        ease(sheet, i, step)
 
 
 @compiled
-def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, out: Rows) -> None:
+def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, sheet: Sheet) -> None:
     """Append the bound of pair i if it bites."""
-    m = out.filled[0]
-    J = out.jacobian[m]
+    J = sheet.jacobian[sheet.filled[0]]
     J[:] = 0.0
     add_rate(pairs.link[i], pairs.on_robot[i], pairs.normal[i], 1.0, moves, J)
     speed, brake = authority(J, step)
@@ -120,11 +120,7 @@ def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, ou
         low = able * low - (1.0 - able) * speed
     if not bites(J, low, step):
         return
-    out.low[m], out.source[m] = low, i
-    out.linear[m] = MOVING_COST[0] if moving else STATIC_COST[0]
-    out.quadratic[m] = MOVING_COST[1] if moving else STATIC_COST[1]
-    out.inside[m], out.urgent[m] = h < 0.0, moving or h < -DEEP
-    out.filled[0] += 1
+    put(sheet, low, MOVING_COST if moving else STATIC_COST, i, h < 0.0, moving or h < -DEEP)
 
 
 @compiled
