@@ -236,14 +236,14 @@ def test_strays_that_are_switched_off_leave_all_other_zones_as_they_were(robot, 
 
 def test_statuses_that_are_switched_off_leave_every_distance_as_it_was(robot, ahead):
     with_it, status = reported(robot, ahead)
-    without, plain = reported(robot, ahead, bad_4=0.0, bad_2=0.0)
+    without, plain = reported(robot, ahead, rejected=0.0)
     assert (with_it == without).all()
     assert np.mean(status != plain) == pytest.approx(0.06, abs=0.01)
 
 
 def test_a_bias_that_is_switched_off_leaves_the_noise_as_it_was(robot, ahead):
     with_it, status = reported(robot, ahead)
-    without, plain = reported(robot, ahead, zone_bias=0.0)
+    without, plain = reported(robot, ahead, bias=0.0)
     assert (status == plain).all()
     factor = with_it / without  # but for the rounding to millimetres one of its own in every zone
     assert np.std(factor, axis=0).max() < 1e-3
