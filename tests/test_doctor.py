@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from app.checks.doctor import examine, to_table
 from app.cli import main
 from app.robot.model import find_robot, load_robot
 from app.robot.skin import load_skin
 from app.robot.tables import Choice
-from app.studies.doctor import examine, to_table
 
 
 def checkup(folder, layout="forearm-rings", tool=""):

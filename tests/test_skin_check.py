@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from app.checks.filter_calibration import calibrate
+from app.checks.skin import hand, simulate, skin_check, wall
 from app.errors import SensorError
 from app.robot.skin import build_skin
-from app.studies.calibrate import calibrate
-from app.studies.skin_check import hand, simulate, skin_check, wall
 
 
 def test_a_wall_tells_depth_along_the_axis_from_the_length_of_the_ray(robot, skin):

@@ -6,8 +6,6 @@ from typing import Literal
 
 import tyro
 
-from app.wiring import Setup
-
 
 @dataclass(frozen=True)
 class Bench:
@@ -38,30 +36,32 @@ class Bench:
 
     def __call__(self) -> None:
         if self.what == "control":
-            from app.studies.bench_control import bench_control
+            from app.bench.control import bench_control
 
             report = bench_control(steps=int(400 * self.seconds), seed=self.seed)
         elif self.what == "tick":
-            from app.studies.bench_tick import bench_tick
+            from app.bench.tick import bench_tick
+            from app.wiring import Setup
 
             setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
             report = bench_tick(setup, self.seconds)
         elif self.what == "serial":
-            from app.studies.bench_serial import bench_serial
+            from app.bench.serial import bench_serial
+            from app.wiring import Setup
 
             setup = Setup(robot=self.robot, rate=self.rate, seed=self.seed)
             report = bench_serial(setup, self.seconds)
         elif self.what == "deadlines":
-            from app.studies.bench_deadlines import bench_deadlines
+            from app.bench.deadlines import bench_deadlines
             from app.ui.onlooker import onlooked
 
             report = bench_deadlines(onlooked, self.seconds, self.seed)
         elif self.what == "perception":
-            from app.studies.bench_perception import bench_perception
+            from app.bench.perception import bench_perception
 
             report = bench_perception(self.seed, urdf=self.urdf, plot=self.plot)
         else:
-            from app.studies.bench_peers import bench_peers
+            from app.bench.beside_peers import bench_peers
 
             report = bench_peers(self.seed, urdf=self.urdf)
         print(report.to_json() if self.json else report.to_text())

@@ -5,7 +5,6 @@ from dataclasses import dataclass
 import tyro
 
 from app.cli.which import WhichRobot
-from app.wiring import Setup, build_robot, choose_skin
 
 
 @dataclass(frozen=True)
@@ -20,7 +19,8 @@ class Doctor(WhichRobot):
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.studies.doctor import examine, to_table
+        from app.checks.doctor import examine, to_table
+        from app.wiring import Setup, build_robot, choose_skin
 
         setup = Setup(self.robot, self.skin, urdf=self.urdf, choice=self.choice())
         robot = build_robot(setup)

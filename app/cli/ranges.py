@@ -24,7 +24,7 @@ class CalibrateRanges:
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.studies.ranges import calibrate_ranges
+        from app.checks.range_calibration import calibrate_ranges
 
         report = calibrate_ranges(self.robot, self.recording, self.distance, self.file, self.seed)
         print(report.to_json() if self.json else report.to_text())

@@ -9,7 +9,6 @@ from typing import Annotated, Literal
 import tyro
 
 from app.timing import WallClock
-from app.wiring import Setup
 
 
 @dataclass(frozen=True)
@@ -30,7 +29,7 @@ class CalibrateFilter:
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.studies.calibrate import calibrate
+        from app.checks.filter_calibration import calibrate
 
         report = calibrate(self.robot, self.recording, self.skin, self.seed, self.ranges)
         print(report.to_json() if self.json else report.to_text())
@@ -52,7 +51,7 @@ class SkinCheck:
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.studies.skin_check import skin_check
+        from app.checks.skin import skin_check
 
         report = skin_check(self.robot, self.show, self.sensors, self.seed)
         print(report.to_json() if self.json else report.to_text())
@@ -86,7 +85,8 @@ class SkinEmulate:
     """Seed of the noise and of the faults."""
 
     def __call__(self) -> None:
-        from app.studies.emulate import Emulation, emulate
+        from app.virtual.skin.emulate import Emulation, emulate
+        from app.wiring import Setup
 
         what = Emulation(
             self.link, self.format, self.replay, self.faults, self.only, self.seconds

@@ -2,8 +2,7 @@
 
 from dataclasses import dataclass
 
-from app.robot.meshes import Bodies
-from app.robot.tables import Choice
+from app.robot.tables import Bodies, Choice
 
 
 @dataclass(frozen=True)

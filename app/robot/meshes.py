@@ -9,7 +9,7 @@ can see or keep clear of.
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from app.errors import RobotError, options
 from app.messages import Array, freeze
-
-Bodies = Literal["collision", "visual"]
+from app.robot.tables import Bodies
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -1,13 +1,13 @@
 """What may stand in `robot.toml` and in a tool's file, and what a person may choose beside."""
 
 from dataclasses import dataclass
-from typing import Annotated
+from typing import Annotated, Literal
 
 from msgspec import Meta
 
-from app.robot.meshes import Bodies
 from app.toml import Table
 
+Bodies = Literal["collision", "visual"]
 Vector = tuple[float, float, float]
 
 

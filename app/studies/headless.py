@@ -8,11 +8,11 @@ import numpy as np
 
 from app.config import Params
 from app.control.goals import goal_error
+from app.judge.truth import TrueDistance
 from app.messages import Mode, Snapshot
 from app.plant.simulated import SimulatedPlant
+from app.report import Check, Report
 from app.runtime import Engine
-from app.studies.report import Check, Report
-from app.studies.truth import TrueDistance
 from app.wiring import Setup, build_engine, clock_for
 from app.world.world import World
 

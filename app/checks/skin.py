@@ -12,15 +12,15 @@ from typing import Any
 
 import numpy as np
 
+from app.checks.listen import TRUSTED, listen
 from app.errors import SensorError
 from app.messages import Array
+from app.report import Check, Report
 from app.robot.model import find_robot, load_robot
 from app.robot.skin import FIELD_OF_VIEW, Sensor, Skin, load_skin, range_noise, zone_directions
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Check, Report
-from app.studies.skin_listen import TRUSTED, listen
 from app.timing import WallClock
 from app.world.world import World
 

@@ -10,15 +10,15 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from app.judge.truth import distance_between, surface
 from app.messages import Array, Cloud, Verdict
 from app.perception.proximity import BodyPairs
+from app.report import Check, Report
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Check, Report
-from app.studies.truth import distance_between, surface
 from app.world.world import World
 
 FACES, ALL_FACES = 3000, 20_000  # of a body mesh, and of all: closest pairs within their time

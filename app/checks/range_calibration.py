@@ -5,16 +5,16 @@ from typing import Any
 
 import numpy as np
 
+from app.checks.skin import TRUSTED
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
+from app.report import Report
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
 from app.robot.skin import Skin, load_skin, zone_directions
 from app.sensing.replay import read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Report
-from app.studies.skin_check import TRUSTED
 from app.world.world import World
 
 FRAMES = 150  # of a simulated wall: ten seconds

@@ -6,19 +6,19 @@ from typing import Any
 
 import numpy as np
 
+from app.checks.skin import TRUSTED
 from app.config import Params
 from app.errors import SensorError
 from app.messages import Array
 from app.perception.calibration import BINS, suggest
 from app.perception.self_filter import SelfFilter
+from app.report import Report
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin, load_skin
 from app.sensing.replay import read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Report
-from app.studies.skin_check import TRUSTED
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else

@@ -16,14 +16,14 @@ from app.messages import SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.port_spec import named_sensors
-from app.sensing.pty_port import PtyPort
 from app.sensing.replay import Recording, Replay, read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire.detect import format_of
-from app.sensing.wire.faults import Disturbed, parse_faults
 from app.sensing.wire.raw import NO_TARGET, RawFrame
 from app.timing import Clock
+from app.virtual.skin.faults import Disturbed, parse_faults
+from app.virtual.skin.pty_port import PtyPort
 from app.wiring import Setup, build_robot, choose_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
