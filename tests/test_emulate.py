@@ -139,7 +139,7 @@ def test_a_recording_is_said_by_every_sensor_again_and_again(skin, robot, tmp_pa
     source = Recorded(recording, skin, (2, 7), robot.posture(robot.home))
     seen = [f for i in range(200) for f in source.poll(i * 0.005)]
     for k in (2, 7):
-        own = [raw_of(f, 8, 0) for f in seen if f.sensor == k]
+        own = [raw_of(f, (8, 8), 0) for f in seen if f.sensor == k]
         assert [f.sequence for f in own] == list(range(len(own))) and len(own) > 9
         assert [int(f.distance[0]) for f in own[:4]] == [500, 567, 633, 500]
         assert own[0].status[63] == 255

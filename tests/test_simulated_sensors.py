@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
+from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, build_skin, zone_directions
-from app.sensing.error_model import FIRST, MERGED, NO_TARGET, UNCONFIRMED, VALID, ErrorModel
-from app.sensing.sight import FAR
+from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
 IDEAL = ErrorModel(ideal=True)
+VALID, MERGED, FIRST, UNCONFIRMED, NO_TARGET = 5, 9, 6, 10, 255  # UM3109
+FAR = 4.0  # [m] nothing is seen beyond (UM3109)
 
 
 @pytest.fixture
@@ -18,7 +20,11 @@ def ahead(robot):
     """One sensor at the tool flange that looks along the flange's axis."""
     T = np.eye(4)
     T[2, 3] = 0.01
-    return build_skin("one ahead", (Sensor("ahead", "wrist_3_link", T, 8, 0, False),), robot)
+    return build_skin(
+        "one ahead",
+        (Sensor("ahead", "wrist_3_link", T, load_sensor_type("vl53l8cx"), 0, False),),
+        robot,
+    )
 
 
 def wall_at(robot, depth, tilt=0.0):

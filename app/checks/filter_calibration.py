@@ -6,24 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from app.checks.skin import TRUSTED
 from app.config import Params
 from app.errors import SensorError
-from app.messages import Array
+from app.messages import Array, SensorFrame
 from app.perception.calibration import BINS, suggest
+from app.perception.cloud import corrected
 from app.perception.self_filter import SelfFilter
 from app.report import Report
 from app.robot.model import Robot, find_robot, load_robot
+from app.robot.posture import Posture
 from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin, load_skin
 from app.sensing.replay import read_recording
-from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else
 POSTURES = 100  # of a simulated calibration
-Samples = tuple[list[Array], list[Array], list[Array], list[Array]]  # link, gap, depth, edge
+Samples = tuple[list[Array], list[Array], list[Array], list[Array]]  # link, gap, noise, edge
 
 
 def calibrate(
@@ -44,22 +44,21 @@ def calibrate(
         raise SensorError(f"{robot.name} names no skin of its own; choose one with --skin")
     skin = load_skin(Path(file) if skin_file else robot.folder / file, robot)
     if ranges is not None:
-        skin = replace(skin, ranges=complete(load_ranges(ranges, skin.count)))
+        skin = replace(skin, ranges=complete(load_ranges(ranges, skin.slots)))
     params = Params()
     samples = (
         _simulated(robot, skin, params, seed)
         if recording == "simulated"
         else _recorded(robot, skin, params, recording)
     )
-    link, gap, depth, edge = (np.concatenate(s) if s else np.empty(0) for s in samples)
+    link, gap, noise, edge = (np.concatenate(s) if s else np.empty(0) for s in samples)
     near = np.abs(gap) <= AROUND
     if not near.any():
         raise SensorError(
             f"{recording}: no zone sees the robot at home; record an arm whose sensors see it"
         )
     found = suggest(
-        robot.links, link[near].astype(np.int16), gap[near], depth[near],
-        edge[near].astype(bool), params.eps_sigmas,
+        robot.links, link[near].astype(np.int16), gap[near], noise[near], edge[near].astype(bool),
     )  # fmt: skip
     rows: list[dict[str, Any]] = [
         {
@@ -87,13 +86,13 @@ def bars(histogram: Any) -> str:
 
 def _simulated(robot: Robot, skin: Skin, params: Params, seed: int) -> Samples:
     eye = SimulatedSkin(robot, skin, World(()), seed, latency=0.0)
-    rng = np.random.default_rng(seed)
+    rng, period = np.random.default_rng(seed), max(s.type.period for s in skin.sensors)
     judge, out = SelfFilter(robot, skin), ([], [], [], [])  # type: tuple[SelfFilter, Samples]
     for i in range(POSTURES):
         posture = robot.posture(robot.home + rng.uniform(-1.5, 1.5, robot.n))
         for j in range(skin.count):  # one whole round of the staggered sensors
-            for f in eye.poll((i + j / skin.count) / RATE, posture):
-                _judge(judge, skin, f.sensor, f.distance, f.status, f.targets, posture, params, out)
+            for f in eye.poll((i + j / skin.count) * period, posture):
+                _judge(judge, skin, f, posture, params, out)
     return out
 
 
@@ -102,18 +101,22 @@ def _recorded(robot: Robot, skin: Skin, params: Params, recording: str) -> Sampl
     r, k = read_recording(Path(path)), skin.index(name) if name else 0
     judge, out = SelfFilter(robot, skin), ([], [], [], [])  # type: tuple[SelfFilter, Samples]
     posture = robot.posture(robot.home)
-    for distance, status, targets in zip(r.distance, r.status, r.targets, strict=True):
-        _judge(judge, skin, k, distance, status, targets, posture, params, out)
+    for i, frame in enumerate(zip(r.distance, r.status, r.targets, strict=True)):
+        _judge(judge, skin, SensorFrame(k, r.stamp[i], i, *frame), posture, params, out)
     return out
 
 
 def _judge(
-    judge: SelfFilter, skin: Skin, k: int, distance: Array, status: Any, targets: Any,
-    posture: Any, params: Params, out: Samples,
+    judge: SelfFilter, skin: Skin, frame: SensorFrame, posture: Posture, params: Params,
+    out: Samples,
 ) -> None:  # fmt: skip
-    if skin.ranges is not None:
-        distance = skin.ranges.corrected(np.array([k]), distance[None])[0]
-    seen = judge.judge(np.array([k]), distance[None], posture, params)
-    good = (targets > 0) & np.isin(status, TRUSTED) & (seen.link[0] >= 0)
-    for store, values in zip(out, (seen.link[0], seen.gap[0], distance, seen.edge[0]), strict=True):
+    k, mine = frame.sensor, skin.zones(frame.sensor)
+    reported = np.zeros(skin.slots)
+    reported[mine] = corrected(skin, frame)
+    seen = judge.judge(np.array([k]), reported, posture, params)
+    good = np.isfinite(skin.believed(k, frame.distance, frame.status, frame.targets))
+    good &= seen.link[mine] >= 0
+    noise = skin.sensors[k].type.noise(reported[mine])
+    found: tuple[Any, ...] = (seen.link[mine], seen.gap[mine], noise, seen.edge[mine])
+    for store, values in zip(out, found, strict=True):
         store.append(values[good])

@@ -12,7 +12,6 @@ from app.sensing.open_ports import AUTO, open_skin
 from app.sensing.port_spec import parse_ports
 from app.timing import Clock
 
-TRUSTED = (5, 9)
 LOOK = 0.02  # [s] between two looks at the port
 PROMPTS = {
     "wall": ("hold a flat wall before {name}, still",),
@@ -32,7 +31,7 @@ def listen(
     tell: Callable[[str], None],
     seconds: float = 4.0,
 ) -> tuple[int, Array]:
-    """The sensor that `text` names and its depths (F, 64) [m], NaN where nothing is seen.
+    """The sensor that `text` names and its reports (F, n) [m], NaN where nothing is seen.
 
     `tell` gets a sentence for the person before each part, which lasts `seconds`.
     """
@@ -50,8 +49,7 @@ def listen(
             while clock.now() < end:
                 for f in source.poll(clock.now(), posture):
                     if f.sensor == k:
-                        good = (f.targets > 0) & np.isin(f.status, TRUSTED)
-                        depth.append(np.where(good, f.distance, np.nan))
+                        depth.append(skin.believed(k, f.distance, f.status, f.targets))
                 clock.sleep_until(clock.now() + LOOK)
         words = dict(source.inputs(clock.now()))[specs[0].port]
     finally:

@@ -4,16 +4,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.checks.skin import TRUSTED
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
 from app.report import Report
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
-from app.robot.skin import Skin, load_skin, zone_directions
+from app.robot.skin import Skin, load_skin, zone_centres
 from app.sensing.replay import read_recording
-from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 
@@ -32,27 +31,28 @@ def calibrate_ranges(
     if robot.skin is None:
         raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
     skin = load_skin(robot.folder / robot.skin, robot)
-    table = load_ranges(file, skin.count) if file.exists() else None
+    table = load_ranges(file, skin.slots) if file.exists() else None
     if recording == "simulated":
         walls = simulated_walls(robot, skin, seed)
     else:
         if not distance > 0.0:
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
         path, _, name = recording.partition("@")
-        r = read_recording(Path(path))
-        good = (r.targets > 0) & np.isin(r.status, TRUSTED)
-        walls = [(skin.index(name) if name else 0, distance, np.where(good, r.distance, np.nan))]
+        r, k = read_recording(Path(path)), skin.index(name) if name else 0
+        walls = [(k, distance, skin.believed(k, r.distance, r.status, r.targets))]
     rows = []
     for k, d, depth in walls:
         rows.append({"name": skin.sensors[k].name} | _row(skin, k, d, depth))
-        table = with_wall(table, skin.count, k, d, wall_offset(depth, d))
+        table = with_wall(
+            table, skin.first, k, d, wall_offset(depth * skin.depth[skin.zones(k)], d)
+        )
     assert table is not None
     save_ranges(file, table)
     return Report("calibrate-ranges", seed, rows)
 
 
 def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, float, Array]]:
-    """Sensor, distance [m] and frames (F, 64) [m] of walls shown square to every sensor."""
+    """Sensor, distance [m] and reports (F, n) [m] of walls shown square to every sensor."""
     world, posture, out = World(()), robot.posture(robot.home), []
     world.add("wall", {"kind": "box", "size_m": [3.0, 3.0, 0.01]}, (0, 0, 0))
     eye = SimulatedSkin(robot, skin, world, seed, latency=0.0)
@@ -65,34 +65,31 @@ def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, floa
             world.move("wall", posture.T_base_link[skin.link[k]] @ sensor.T_link_sensor @ place)
             frames: list[SensorFrame] = []
             while len(frames) < FRAMES:
-                now += 1.0 / RATE
+                now += sensor.type.period
                 frames += eye.poll(now, posture)
-            good = [(f.targets > 0) & np.isin(f.status, TRUSTED) for f in frames]
-            depth = [np.where(g, f.distance, np.nan) for f, g in zip(frames, good, strict=True)]
+            depth = [skin.believed(k, f.distance, f.status, f.targets) for f in frames]
             out.append((k, distance, np.array(depth)))
     return out
 
 
-def table_of(walls: list[tuple[int, float, Array]], count: int) -> RangeTable:
-    """All walls in one table."""
+def table_of(walls: list[tuple[int, float, Array]], first: NDArray[np.int64]) -> RangeTable:
+    """All walls, depths (F, n) along the axis, in one table; first: (K + 1,) as the skin's."""
     table = None
     for k, distance, depth in walls:
-        table = with_wall(table, count, k, distance, wall_offset(depth, distance))
+        table = with_wall(table, first, k, distance, wall_offset(depth, distance))
     assert table is not None
     return table
 
 
 def _row(skin: Skin, k: int, distance: float, depth: Array) -> dict[str, Any]:
-    offset = wall_offset(depth, distance)
+    offset = wall_offset(depth * skin.depth[skin.zones(k)], distance)
     known = np.isfinite(offset)
     if not known.any():
         raise SensorError(
             f"{skin.sensors[k].name}: no zone sees the wall at {distance:g} m; show it a flat, "
             "light wall for at least two seconds"
         )
-    n = skin.sensors[k].resolution
-    row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
-    rays = zone_directions(skin.sensors[k], row, column)[known[: n * n]]
+    rays = zone_centres(skin.sensors[k])[known]
     z = distance - offset[known]
     slope = np.linalg.lstsq(np.c_[np.ones(len(z)), z[:, None] * rays[:, :2]], z, rcond=None)[0]
     tilt = float(np.degrees(np.arctan(np.hypot(slope[1], slope[2]))))

@@ -15,7 +15,6 @@ from tempfile import TemporaryDirectory
 from app.errors import SensorError
 from app.robot.model import find_robot, load_robot
 from app.robot.skin import load_skin
-from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import binary
 from app.sensing.wire.raw import RawFrame
@@ -57,7 +56,7 @@ def _here(pipe: Connection) -> bool:
 
 
 def _speak(link: Path, robot_name: str, scene: str, seed: int, pipe: Connection) -> None:
-    frames = _frames(robot_name, scene, seed)
+    frames, rate = _frames(robot_name, scene, seed)
     clock = WallClock()
     with PtyPort(link) as port:
         pipe.send("here")
@@ -65,13 +64,14 @@ def _speak(link: Path, robot_name: str, scene: str, seed: int, pipe: Connection)
         while not pipe.poll():
             clock.sleep_until(begin + said * LOOP / len(frames))
             raw, turn = frames[said % len(frames)], said // len(frames)
-            sequence = ((raw.sequence or 0) + turn * round(RATE * LOOP)) % (1 << 16)
+            sequence = ((raw.sequence or 0) + turn * round(rate * LOOP)) % (1 << 16)
             t_us = round(clock.now() * 1e6) % (1 << 32)
             port.write(binary.encode(replace(raw, sequence=sequence, t_us=t_us)))
             said += 1
 
 
-def _frames(robot_name: str, scene_name: str, seed: int) -> list[RawFrame]:
+def _frames(robot_name: str, scene_name: str, seed: int) -> tuple[list[RawFrame], float]:
+    """What all sensors say in a turn, and how often [Hz] the fastest of them does."""
     robot = load_robot(find_robot(robot_name))
     if robot.skin is None:
         raise SensorError(f"{robot.name} names no skin of its own; choose another robot")
@@ -81,8 +81,9 @@ def _frames(robot_name: str, scene_name: str, seed: int) -> list[RawFrame]:
     world, posture = World(scene.bodies), robot.posture(home)
     eye = SimulatedSkin(robot, skin, world, seed, latency=0.0)
     frames = []
-    for i in range(round(RATE * skin.count * LOOP)):
-        now = i / (RATE * skin.count)
+    rate = max(s.type.rate_hz for s in skin.sensors)
+    for i in range(round(rate * skin.count * LOOP)):
+        now = i / (rate * skin.count)
         world.step(now)
-        frames += [raw_of(f, skin.sensors[f.sensor].resolution, 0) for f in eye.poll(now, posture)]
-    return frames
+        frames += [raw_of(f, skin.sensors[f.sensor].type.grid, 0) for f in eye.poll(now, posture)]
+    return frames, rate
