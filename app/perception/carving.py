@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.voxels import MOVING, SPREAD, UNDECIDED, Voxels, remove
-from app.robot.traits import Traits, noise_of
+from app.robot.traits import noise_of
 
 MARGIN, SIGMAS = 0.08, 3.0  # [m] and multiples of the noise that a ray stops short of its depth
 WITHOUT_ECHO = 0.5  # [m] that a zone without a target is taken to be free
@@ -26,7 +26,7 @@ class Eyes(NamedTuple):
     mount: (K,) link of each sensor.   T_link_sensor: (K, 4, 4).   first: (K + 1,) zones.
     grid:  (K, 2) rows and columns.   pitch: (K, 2) [rad] from row to row and column to column.
     turn:  (K, 2, 2) from the image plane to (column, row) in the order of the zones.
-    depth: (S,) depth along the axis per reported distance.
+    depth: (S,) depth along the axis per reported distance.   noise: (K, 2), see `Traits`.
     box:   (2, L, 3) [m] low and high corners of the links' boxes, link frame.
     """
 
@@ -38,7 +38,7 @@ class Eyes(NamedTuple):
     turn: Array
     depth: Array
     box: Array
-    traits: Traits
+    noise: Array
 
 
 class Sight(NamedTuple):
@@ -71,11 +71,14 @@ def what_is_free(
     both sides of it.
     """
     first, rows, columns = eyes.first[k], eyes.grid[k, 0], eyes.grid[k, 1]
-    n = rows * columns
+    n, T, floor, share = rows * columns, T_sensor_base, eyes.noise[k, 0], eyes.noise[k, 1]
     sight = Sight(np.empty(n), np.empty(n), np.empty(n), np.empty(n, dtype=np.bool_))
     for zone in range(n):
-        sight.weak[zone] = verdict[first + zone] == NO_TARGET
-        sight.echo[zone] = _echo(first + zone, points, verdict, gap, T_sensor_base, eyes.depth)
+        slot = first + zone
+        x, y, z = points[slot, 0], points[slot, 1], points[slot, 2]
+        depth = T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3]
+        sight.weak[zone] = verdict[slot] == NO_TARGET
+        sight.echo[zone] = _echo(verdict[slot], depth, gap[slot] * eyes.depth[slot])
     for zone in range(n):
         sight.past[zone] = sight.clear[zone] = -np.inf
         if np.isnan(sight.echo[zone]):
@@ -86,34 +89,28 @@ def what_is_free(
             for c in range(max(0, column - 1), min(columns, column + 2)):
                 if sight.echo[r * columns + c] < nearest:
                     nearest = sight.echo[r * columns + c]
-        sight.past[zone] = _before(sight.echo[zone], k, eyes.traits)
-        sight.clear[zone] = _before(nearest, k, eyes.traits)
+        sight.past[zone] = _before(sight.echo[zone], floor, share)
+        sight.clear[zone] = _before(nearest, floor, share)
     return sight
 
 
 @compiled
-def _echo(
-    slot: int, points: Array, verdict: NDArray[np.uint8], gap: Array, T_sensor_base: Array,
-    depth: Array,
-) -> float:  # fmt: skip
-    """Depth [m] along the axis of what a zone saw, but never beyond the robot's body."""
-    kind, p, T = verdict[slot], points[slot], T_sensor_base
-    if kind == NO_TARGET:
+def _echo(verdict: int, depth: float, gap: float) -> float:
+    """Depth [m] along the axis of what a zone saw at `depth`, but never beyond the robot's body,
+    `gap` [m] behind it."""
+    if verdict == NO_TARGET:
         return np.inf
-    if kind not in (KEPT, STATIC_CELL, SELF, BEHIND):
-        return np.nan
-    echo = T[2, 0] * p[0] + T[2, 1] * p[1] + T[2, 2] * p[2] + T[2, 3]
-    if kind in (SELF, BEHIND):
-        echo = min(echo, echo + gap[slot] * depth[slot])
-    return echo
+    if verdict in (SELF, BEHIND):
+        return min(depth, depth + gap)
+    return depth if verdict in (KEPT, STATIC_CELL) else np.nan
 
 
 @compiled
-def _before(echo: float, k: int, traits: Traits) -> float:
+def _before(echo: float, floor: float, share: float) -> float:
     """Depth [m] up to which an echo surely says that nothing is there."""
     if echo == np.inf:
         return echo
-    return echo - max(MARGIN, SIGMAS * noise_of(traits, k, echo))
+    return echo - max(MARGIN, SIGMAS * noise_of(floor, share, echo))
 
 
 @compiled

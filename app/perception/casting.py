@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array
-from app.robot.traits import Traits, noise_of, pulse_of
+from app.robot.traits import noise_of, pulse_of
 
 SIGMAS = 3.0  # of a range's noise belong to its threshold: 99.7 % of a normal distribution
 NEAR = 0.015  # [m] rays start here: before it is the sensor's own window, after it what it measures
@@ -29,6 +29,7 @@ class Fan(NamedTuple):
     report: (S, R) reported distance per metre of ray.
     longest: (K,) most metres of ray per reported distance.
     width:  (K,) farthest of a zone's rays from its centre ray, per reported distance.
+    noise, pulse: (K, 2) of the sensors' types, see `app.robot.traits.Traits`.
     """
 
     first: NDArray[np.int64]
@@ -41,7 +42,8 @@ class Fan(NamedTuple):
     report: NDArray[np.float32]
     longest: Array
     width: Array
-    traits: Traits
+    noise: Array
+    pulse: Array
 
 
 class Hulls(NamedTuple):
@@ -103,20 +105,14 @@ def select_rays(
 
     reported: (S,) [m] distances.   footprint: may more rays than its centre's stand for a zone?
     """
-    views = _views(sensors, T_base_link, fan, hulls)
-    for row in range(len(sensors)):
-        k = sensors[row]
+    for k in sensors:
         rays[fan.first[k] : fan.first[k + 1]] = 1
-        for link in range(len(T_base_link)):
-            if footprint and views.reached[link, row]:
-                _widen(k, row, link, reported, views, fan, hulls, rays)
-    end = 0
+    views = _views(sensors, T_base_link, fan, hulls)
+    if footprint:
+        _widen_zones(sensors, reported, views, fan, hulls, rays)
     for link in range(len(T_base_link)):
-        casts.end[link] = end
-        for row in range(len(sensors)):
-            if views.reached[link, row]:
-                _enter(sensors[row], row, link, views, fan, hulls, rays, casts)
-        end = casts.end[link]
+        casts.end[link] = casts.end[link - 1] if link > 0 else 0
+        _enter_box(link, sensors, views, fan, hulls, rays, casts)
 
 
 @compiled
@@ -141,101 +137,111 @@ def _views(sensors: NDArray[np.intp], T_base_link: Array, fan: Fan, hulls: Hulls
                     R[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
                 for j in range(3):
                     lens[i] += R[i, j] * fan.origin[k, j]
-            views.reached[link, row] = _reaches(k, link, R, lens, fan, hulls)
+            along = 0.0
+            square = 0.0
+            for i in range(3):
+                v = hulls.centre[link, i] - lens[i]
+                square += v * v
+                along += v * (
+                    R[i, 0] * fan.axis[k, 0] + R[i, 1] * fan.axis[k, 1] + R[i, 2] * fan.axis[k, 2]
+                )
+            distance = np.sqrt(square)
+            views.reached[link, row] = _reaches(along, distance, hulls.radius[link], fan.cone[k])
     return views
 
 
 @compiled
-def _reaches(k: int, link: int, R: Array, lens: Array, fan: Fan, hulls: Hulls) -> bool:
-    """Does the cone of sensor k reach the link's sphere? It does unless the sphere's centre is
-    farther from the axis than the cone and the sphere's own half angle, asin(radius / distance)."""
-    along = 0.0
-    square = 0.0
-    for i in range(3):
-        v = hulls.centre[link, i] - lens[i]
-        square += v * v
-        along += v * (
-            R[i, 0] * fan.axis[k, 0] + R[i, 1] * fan.axis[k, 1] + R[i, 2] * fan.axis[k, 2]
-        )
-    distance = np.sqrt(square)
-    if distance <= hulls.radius[link]:
+def _reaches(along: float, distance: float, radius: float, cone: float) -> bool:
+    """Does a cone reach a sphere whose centre is so far from its tip, and so far along its axis?
+
+    It does unless the centre is farther from the axis, as an angle, than the cone's half angle and
+    the sphere's own, asin(radius / distance).
+    """
+    if distance <= radius:
         return True
     angle = np.arccos(min(1.0, max(-1.0, along / distance)))
-    return bool(angle <= fan.cone[k] + np.arcsin(hulls.radius[link] / distance))
+    return bool(angle <= cone + np.arcsin(radius / distance))
 
 
 @compiled
-def _widen(
-    k: int,
-    row: int,
-    link: int,
+def _widen_zones(
+    sensors: NDArray[np.intp],
     reported: Array,
     views: Views,
     fan: Fan,
     hulls: Hulls,
     rays: NDArray[np.uint8],
 ) -> None:
-    """Let all rays stand for the zones of sensor k whose point may be a return from the link's box.
+    """Let all rays stand for the zones whose point may be a return from a link's box.
 
     What explains a point lies within the threshold and the depth of a pulse along the ray, and
     within the zone's width across it.
     """
-    R, lens = views.R_link_mount[link, row], views.lens[link, row]
-    low, high = hulls.low[link], hulls.high[link]
-    for zone in range(fan.first[k], fan.first[k + 1]):
-        z = reported[zone]
-        limit = hulls.slack[0] + SIGMAS * noise_of(fan.traits, k, z)
-        pulse = pulse_of(fan.traits, k, z + limit)
-        margin = fan.longest[k] * (limit + pulse) + fan.width[k] * (z + limit + pulse)
-        length = z / fan.report[zone, 0]
-        inside = True
-        for i in range(3):
-            p = lens[i] + length * (
-                R[i, 0] * fan.direction[zone, 0, 0]
-                + R[i, 1] * fan.direction[zone, 0, 1]
-                + R[i, 2] * fan.direction[zone, 0, 2]
-            )
-            inside &= low[i] - margin <= p <= high[i] + margin
-        if inside:
-            rays[zone] = fan.ray_count[k]
+    for row in range(len(sensors)):
+        k = sensors[row]
+        floor, share = fan.noise[k, 0], fan.noise[k, 1]
+        least, more = fan.pulse[k, 0], fan.pulse[k, 1]
+        for link in range(len(hulls.radius)):
+            if not views.reached[link, row]:
+                continue
+            R, lens = views.R_link_mount[link, row], views.lens[link, row]
+            low, high = hulls.low[link], hulls.high[link]
+            for zone in range(fan.first[k], fan.first[k + 1]):
+                z = reported[zone]
+                limit = hulls.slack[0] + SIGMAS * noise_of(floor, share, z)
+                pulse = pulse_of(least, more, z + limit)
+                margin = fan.longest[k] * (limit + pulse) + fan.width[k] * (z + limit + pulse)
+                length = z / fan.report[zone, 0]
+                inside = True
+                for i in range(3):
+                    p = lens[i] + length * (
+                        R[i, 0] * fan.direction[zone, 0, 0]
+                        + R[i, 1] * fan.direction[zone, 0, 1]
+                        + R[i, 2] * fan.direction[zone, 0, 2]
+                    )
+                    inside &= low[i] - margin <= p <= high[i] + margin
+                if inside:
+                    rays[zone] = fan.ray_count[k]
 
 
 @compiled
-def _enter(
-    k: int,
-    row: int,
+def _enter_box(
     link: int,
+    sensors: NDArray[np.intp],
     views: Views,
     fan: Fan,
     hulls: Hulls,
     rays: NDArray[np.uint8],
     casts: Casts,
 ) -> None:
-    """Append the rays of sensor k that enter the link's box, by the slabs between its faces."""
-    R, lens = views.R_link_mount[link, row], views.lens[link, row]
+    """Append the rays that enter the link's box, by the slabs between its faces."""
     o, d = np.empty(3), np.empty(3)
     n = casts.end[link]
-    for zone in range(fan.first[k], fan.first[k + 1]):
-        for ray in range(rays[zone]):
-            near, far = 0.0, np.inf
-            for i in range(3):
-                d[i] = (
-                    R[i, 0] * fan.direction[zone, ray, 0]
-                    + R[i, 1] * fan.direction[zone, ray, 1]
-                    + R[i, 2] * fan.direction[zone, ray, 2]
-                )
-                o[i] = lens[i] + NEAR * d[i]
-                low, high = hulls.low[link, i] - SLACK, hulls.high[link, i] + SLACK
-                if d[i] == 0.0:
-                    if o[i] < low or o[i] > high:
-                        far = -1.0
-                    continue
-                a, b = (low - o[i]) / d[i], (high - o[i]) / d[i]
-                near, far = max(near, min(a, b)), min(far, max(a, b))
-            if near <= far:
+    for row in range(len(sensors)):
+        if not views.reached[link, row]:
+            continue
+        k, R, lens = sensors[row], views.R_link_mount[link, row], views.lens[link, row]
+        for zone in range(fan.first[k], fan.first[k + 1]):
+            for ray in range(rays[zone]):
+                near, far = 0.0, np.inf
                 for i in range(3):
-                    casts.origin[n, i] = o[i]
-                    casts.direction[n, i] = d[i]
-                casts.zone_ray[n] = zone * fan.direction.shape[1] + ray
-                n += 1
+                    d[i] = (
+                        R[i, 0] * fan.direction[zone, ray, 0]
+                        + R[i, 1] * fan.direction[zone, ray, 1]
+                        + R[i, 2] * fan.direction[zone, ray, 2]
+                    )
+                    o[i] = lens[i] + NEAR * d[i]
+                    low, high = hulls.low[link, i] - SLACK, hulls.high[link, i] + SLACK
+                    if d[i] == 0.0:
+                        if o[i] < low or o[i] > high:
+                            far = -1.0
+                        continue
+                    a, b = (low - o[i]) / d[i], (high - o[i]) / d[i]
+                    near, far = max(near, min(a, b)), min(far, max(a, b))
+                if near <= far:
+                    for i in range(3):
+                        casts.origin[n, i] = o[i]
+                        casts.direction[n, i] = d[i]
+                    casts.zone_ray[n] = zone * fan.direction.shape[1] + ray
+                    n += 1
     casts.end[link] = n

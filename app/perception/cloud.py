@@ -30,7 +30,12 @@ class SkinCloud:
         self._skin = skin
         self._slots = np.split(np.arange(skin.slots), skin.first[1:-1])
         self._lenses = Lenses(
-            skin.first, skin.link.astype(np.int64), skin.origin, skin.reach, skin.traits
+            skin.first,
+            skin.link.astype(np.int64),
+            skin.origin,
+            skin.reach,
+            skin.traits.limits,
+            skin.traits.worth,
         )
         self._self_filter = SelfFilter(robot, skin)
         self.static_filter = StaticFilter(cell)

@@ -50,7 +50,7 @@ class Memory:
             turn=np.array([_turn(s.rotation_deg, s.mirrored) for s in skin.sensors]),
             depth=skin.depth,
             box=np.array(corners).swapaxes(0, 1).copy(),
-            traits=skin.traits,
+            noise=skin.traits.noise,
         )
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array, Verdict
-from app.robot.traits import NOTHING, TRUSTED, Traits
+from app.robot.traits import NOTHING, TRUSTED
 
 BAD_STATUS, NO_TARGET, OUT_OF_RANGE = (
     int(v) for v in (Verdict.BAD_STATUS, Verdict.NO_TARGET, Verdict.OUT_OF_RANGE)
@@ -23,13 +23,15 @@ class Reports(NamedTuple):
 
 
 class Lenses(NamedTuple):
-    """Where K sensors and their S zones look, as in `app.robot.skin.Skin`."""
+    """Where K sensors and their S zones look, as in `app.robot.skin.Skin`, and what their types
+    believe, as in `app.robot.traits.Traits`."""
 
     first: NDArray[np.int64]
     link: NDArray[np.int64]
     origin: Array
     reach: Array
-    traits: Traits
+    limits: Array
+    worth: NDArray[np.uint8]
 
 
 @compiled
@@ -48,10 +50,10 @@ def place_points(
     """
     for k in sensors:
         T = T_base_link[lenses.link[k]]
-        low, high = lenses.traits.limits[k, 0], lenses.traits.limits[k, 1]
+        low, high = lenses.limits[k, 0], lenses.limits[k, 1]
         for slot in range(lenses.first[k], lenses.first[k + 1]):
             z = reports.distance[slot]
-            worth = lenses.traits.worth[k, reports.status[slot]]
+            worth = lenses.worth[k, reports.status[slot]]
             if reports.targets[slot] == 0 or worth == NOTHING:
                 verdict[slot] = NO_TARGET
                 for a in range(3):

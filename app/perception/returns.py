@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.casting import SIGMAS, Casts, Fan, Hulls
-from app.robot.traits import Traits, noise_of, pulse_of
+from app.robot.traits import noise_of, pulse_of
 
 KEPT, SELF, BEHIND = int(Verdict.KEPT), int(Verdict.SELF), int(Verdict.BEHIND)
 
@@ -49,14 +49,38 @@ class Returns(NamedTuple):
 
 
 class Pulses(NamedTuple):
-    """The groups of a zone's returns: gap [m] and link of the one that explains the measurement
-    best and of the nearest one; +inf and -1 without any. across: 1 over an edge, else 0."""
+    """What the returns of n zones of a sensor come to: of the group that explains the measurement
+    best and of the nearest one, gap (n,) [m] and link (n,), +inf and -1 without any; across (n,):
+    1 over an edge, else 0."""
 
-    gap: float
-    link: int
-    front_gap: float
-    front_link: int
-    across: int
+    gap: Array
+    link: NDArray[np.int16]
+    front_gap: Array
+    front_link: NDArray[np.int16]
+    across: NDArray[np.int64]
+
+
+@compiled
+def _nearest_hits(
+    sensors: NDArray[np.intp], first: NDArray[np.int64], own: Returns, casts: Casts
+) -> Returns:
+    """Where each ray of `sensors` ends: on what is fixed to the sensor or on what was cast at.
+
+    Rows of other sensors are not set.   first: (K + 1,) zones of each sensor.
+    """
+    out = Returns(np.empty_like(own.length), np.empty_like(own.link))
+    for k in sensors:
+        out.length[first[k] : first[k + 1]] = own.length[first[k] : first[k + 1]]
+        out.link[first[k] : first[k + 1]] = own.link[first[k] : first[k + 1]]
+    length, link = out.length.ravel(), out.link.ravel()  # views: both are contiguous
+    begin = 0
+    for body in range(len(casts.end)):
+        for n in range(begin, casts.end[body]):
+            ray = casts.zone_ray[n]
+            if casts.hit[n] < length[ray]:
+                length[ray], link[ray] = casts.hit[n], body
+        begin = casts.end[body]
+    return out
 
 
 @compiled
@@ -66,97 +90,95 @@ def explain_returns(
     two_sided: bool,
     fan: Fan,
     hulls: Hulls,
-    returns: Returns,
+    own: Returns,
+    casts: Casts,
     judged: Judgement,
 ) -> None:
     """Judge the zones of `sensors` (m,) by what their rays met; their rows of `judged` are written.
 
-    reported: (S,) [m].   two_sided: keep what lies behind the body.   judged.rays: is read.
+    reported: (S,) [m].   two_sided: keep what lies behind the body.   own: on what is fixed to a
+    sensor; the rest is cast.   judged.rays: is read.
     """
-    distance = np.empty(returns.length.shape[1])
-    link = np.empty(len(distance), dtype=np.int16)
+    returns = _nearest_hits(sensors, fan.first, own, casts)
     for k in sensors:
-        for zone in range(fan.first[k], fan.first[k + 1]):
-            rays, z = judged.rays[zone], reported[zone]
-            n = _sort(zone, rays, fan, returns, distance, link)
-            found = _group(k, z, distance[:n], link[:n], rays, fan.traits)
-            noise = SIGMAS * noise_of(fan.traits, k, z)
-            who = found.link if found.link >= 0 else fan.link[k]
-            eps = _threshold(hulls, who, found.across, noise)
-            judged.link[zone], judged.gap[zone] = found.link, found.gap
-            judged.eps[zone], judged.edge[zone] = eps, found.across == 1
+        mine = slice(fan.first[k], fan.first[k + 1])
+        z, rays, noise = reported[mine], judged.rays[mine], fan.noise[k]
+        distance, link, count = _sorted_reports(
+            returns.length[mine], returns.link[mine], fan.report[mine], rays
+        )
+        pulses = _pulses(z, distance, link, count, rays, fan.pulse[k])
+        for i in range(len(z)):
+            sigmas = SIGMAS * noise_of(noise[0], noise[1], z[i])
+            who = pulses.link[i] if pulses.link[i] >= 0 else fan.link[k]
+            across, front, zone = pulses.across[i], pulses.front_link[i], fan.first[k] + i
+            eps = max(hulls.least[who, across], hulls.base[who, across] + sigmas)
+            judged.link[zone], judged.gap[zone] = pulses.link[i], pulses.gap[i]
+            judged.eps[zone], judged.edge[zone] = eps, across == 1
             judged.verdict[zone] = KEPT
-            if abs(found.gap) <= eps:
+            if abs(pulses.gap[i]) <= eps:
                 judged.verdict[zone] = SELF
-            elif found.front_link >= 0 and not two_sided:
-                front = _threshold(hulls, found.front_link, found.across, noise)
-                if found.front_gap < -front:
+            elif front >= 0 and not two_sided:
+                behind = max(hulls.least[front, across], hulls.base[front, across] + sigmas)
+                if pulses.front_gap[i] < -behind:
                     judged.verdict[zone] = BEHIND
 
 
 @compiled
-def _threshold(hulls: Hulls, link: int, across: int, noise: float) -> float:
-    return max(hulls.least[link, across], hulls.base[link, across] + noise)
+def _sorted_reports(
+    length: NDArray[np.float32],
+    link: NDArray[np.int16],
+    report: NDArray[np.float32],
+    rays: NDArray[np.uint8],
+) -> tuple[Array, NDArray[np.int16], NDArray[np.int64]]:
+    """What a sensor would report of each of its rays that met a body, near to far: distance (n, R)
+    [m], link (n, R) and how many there are (n,), of `rays` (n,) of each zone."""
+    out, who = np.empty(length.shape), np.empty(length.shape, dtype=np.int16)
+    count = np.zeros(len(length), dtype=np.int64)
+    for zone in range(len(length)):
+        seen = 0
+        for ray in range(rays[zone]):
+            if link[zone, ray] < 0:
+                continue
+            d = length[zone, ray] * report[zone, ray]
+            at = seen
+            while at > 0 and out[zone, at - 1] > d:
+                out[zone, at], who[zone, at] = out[zone, at - 1], who[zone, at - 1]
+                at -= 1
+            out[zone, at], who[zone, at] = d, link[zone, ray]
+            seen += 1
+        count[zone] = seen
+    return out, who, count
 
 
 @compiled
-def gather_returns(
-    sensors: NDArray[np.intp], fan: Fan, own: Returns, casts: Casts, returns: Returns
-) -> None:
-    """Write the nearest hit of each ray of `sensors`: on what is fixed to the sensor, `own`, or
-    on what was cast at."""
-    for k in sensors:
-        first, last = fan.first[k], fan.first[k + 1]
-        returns.length[first:last] = own.length[first:last]
-        returns.link[first:last] = own.link[first:last]
-    length, link = returns.length.ravel(), returns.link.ravel()  # views: both are contiguous
-    first = 0
-    for body in range(len(casts.end)):
-        for n in range(first, casts.end[body]):
-            if casts.hit[n] < length[casts.zone_ray[n]]:
-                length[casts.zone_ray[n]] = casts.hit[n]
-                link[casts.zone_ray[n]] = body
-        first = casts.end[body]
-
-
-@compiled
-def _sort(
-    zone: int, rays: int, fan: Fan, returns: Returns, distance: Array, link: NDArray[np.int16]
-) -> int:
-    """Write the predicted reports of a zone's rays that met a body, near to far; how many."""
-    seen = 0
-    for ray in range(rays):
-        if returns.link[zone, ray] < 0:
-            continue
-        d = returns.length[zone, ray] * fan.report[zone, ray]
-        at = seen
-        while at > 0 and distance[at - 1] > d:
-            distance[at], link[at] = distance[at - 1], link[at - 1]
-            at -= 1
-        distance[at], link[at] = d, returns.link[zone, ray]
-        seen += 1
-    return seen
-
-
-@compiled
-def _group(
-    k: int, z: float, distance: Array, link: NDArray[np.int16], rays: int, traits: Traits
+def _pulses(
+    reported: Array,
+    distance: Array,
+    link: NDArray[np.int16],
+    count: NDArray[np.int64],
+    rays: NDArray[np.uint8],
+    pulse: Array,
 ) -> Pulses:
-    """Gather sorted returns (n,) of a zone that reports `z` into pulses."""
-    gap, who = np.inf, -1
-    front, front_link, across = np.inf, -1, 0
-    first = 0
-    while first < len(distance):
-        farthest = distance[first] + pulse_of(traits, k, distance[first])
-        total, end = 0.0, first
-        while end < len(distance) and distance[end] <= farthest:
-            total += distance[end]
-            end += 1
-        g = total / (end - first) - z
-        if first == 0:
-            front, front_link = g, int(link[0])
-            across = 1 if end < rays else 0
-        if abs(g) < abs(gap):  # this group explains the measurement best
-            gap, who = g, int(link[first])
-        first = end
-    return Pulses(gap, who, front, front_link, across)
+    """Gather the sorted returns of a sensor's zones into pulses; pulse: (2,) of its type."""
+    n = len(reported)
+    out = Pulses(
+        np.full(n, np.inf), np.full(n, -1, dtype=np.int16), np.full(n, np.inf),
+        np.full(n, -1, dtype=np.int16), np.zeros(n, dtype=np.int64),
+    )  # fmt: skip
+    for zone in range(n):
+        first = 0
+        while first < count[zone]:
+            nearest = distance[zone, first]
+            farthest = nearest + pulse_of(pulse[0], pulse[1], nearest)
+            total, end = 0.0, first
+            while end < count[zone] and distance[zone, end] <= farthest:
+                total += distance[zone, end]
+                end += 1
+            gap = total / (end - first) - reported[zone]
+            if first == 0:
+                out.front_gap[zone], out.front_link[zone] = gap, link[zone, 0]
+                out.across[zone] = 1 if end < rays[zone] else 0
+            if abs(gap) < abs(out.gap[zone]):  # this group explains the measurement best
+                out.gap[zone], out.link[zone] = gap, link[zone, first]
+            first = end
+    return out

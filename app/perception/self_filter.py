@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from app.config import Params
 from app.messages import Array
 from app.perception.casting import NEAR, Casts, Fan, Hulls, select_rays
-from app.perception.returns import Judgement, Returns, explain_returns, gather_returns
+from app.perception.returns import Judgement, Returns, explain_returns
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -49,7 +49,6 @@ class SelfFilter:
         self._hulls = _hulls(robot)
         self._fan = _fan(skin)
         self._own = self._own_returns()
-        self._returns = Returns(self._own.length.copy(), self._own.link.copy())
         self._casts = _room_for_casts(len(self._meshes), len(self._meshes) * self._own.link.size)
 
     def judge(
@@ -77,9 +76,8 @@ class SelfFilter:
                 t = mesh.cast(casts.origin[first:last], casts.direction[first:last])
                 np.add(t, np.float32(NEAR), out=casts.hit[first:last])
             first = last
-        gather_returns(sensors, self._fan, self._own, casts, self._returns)
         explain_returns(
-            sensors, reported, params.two_sided, self._fan, self._hulls, self._returns, judged
+            sensors, reported, params.two_sided, self._fan, self._hulls, self._own, casts, judged
         )
         return judged
 
@@ -122,7 +120,7 @@ def _fan(skin: Skin) -> Fan:
         report=report.astype(np.float32),
         longest=np.ceil(10.0 * _most(1.0 / report, skin)) / 10.0,
         width=np.ceil(200.0 * _most(width, skin)) / 200.0,
-        traits=skin.traits,
+        noise=skin.traits.noise, pulse=skin.traits.pulse,
     )  # fmt: skip
 
 

@@ -52,13 +52,18 @@ def traits_of(types: Sequence[SensorType]) -> Traits:
     )
 
 
-@compiled
-def noise_of(traits: Traits, sensor: int, distance: float) -> float:
-    """Standard deviation [m] of a distance [m]: max(floor, share * distance)."""
-    return max(traits.noise[sensor, 0], traits.noise[sensor, 1] * abs(distance))
+# Kernels call these for every zone, so they take numbers: each array that a kernel hands to
+# another one is counted twice, and thirty of them a zone cost more than the zone itself.
 
 
 @compiled
-def pulse_of(traits: Traits, sensor: int, distance: float) -> float:
-    """How far [m] behind the nearest return, at `distance` [m], others merge with it."""
-    return max(traits.pulse[sensor, 0], traits.pulse[sensor, 1] * distance)
+def noise_of(floor: float, share: float, distance: float) -> float:
+    """Standard deviation [m] of a distance [m], of a row of `Traits.noise`."""
+    return max(floor, share * abs(distance))
+
+
+@compiled
+def pulse_of(least: float, share: float, distance: float) -> float:
+    """How far [m] behind the nearest return, at `distance` [m], others merge with it, of a row of
+    `Traits.pulse`."""
+    return max(least, share * distance)

@@ -169,15 +169,21 @@ def _measure(
     draws: Draws,
     out: Measured,
 ) -> None:
-    codes = flaws.codes
+    """Zone by zone: is a target found, d (1 + bias) + offset near the lens + noise, its status."""
+    codes, noise, near = flaws.codes, flaws.noise, flaws.near
     for z in range(len(truth.depth)):
         seen = truth.depth[z] <= flaws.farthest
         d = truth.depth[z] if seen else 1.0
         status = codes.merged if truth.merged[z] else codes.valid
         if not flaws.ideal:
             seen = seen and draws.detection[z] < _detected(d, flaws.range_90[z], flaws.slope)
-            d = _disturbed(d, z, flaws, draws.noise[z])
-            rejection = _rejection(draws.status[z], flaws)
+            offset = near[0] * min(max(1.0 - d / near[1], 0.0), 1.0)
+            sigma = max(noise[0], noise[1] * d)
+            d = d * (1.0 + flaws.bias[z]) + offset + draws.noise[z] * sigma
+            rejection = -1
+            for i in range(len(flaws.likely) - 1, -1, -1):
+                if draws.status[z] < flaws.likely[i]:
+                    rejection = flaws.rejections[i]
             if rejection >= 0:
                 status = rejection
             elif seen and not had_target[z] and status == codes.valid:
@@ -197,19 +203,3 @@ def _detected(d: float, range_90: float, slope: float) -> float:
     """Probability of a target at d: logistic, 90 % at `range_90`, steep as slope * range_90."""
     x = (d - range_90) / (slope * range_90) - np.log(9.0)
     return 1.0 / (1.0 + np.exp(x))
-
-
-@compiled
-def _disturbed(d: float, z: int, flaws: Flaws, normal: float) -> float:
-    """d (1 + bias) + offset near the lens + noise."""
-    near = flaws.near[0] * min(max(1.0 - d / flaws.near[1], 0.0), 1.0)
-    return d * (1.0 + flaws.bias[z]) + near + normal * max(flaws.noise[0], flaws.noise[1] * d)
-
-
-@compiled
-def _rejection(uniform: float, flaws: Flaws) -> int:
-    """The code by which a measurement is rejected, -1 if it is not."""
-    for i in range(len(flaws.likely)):
-        if uniform < flaws.likely[i]:
-            return int(flaws.rejections[i])
-    return -1

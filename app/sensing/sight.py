@@ -62,7 +62,7 @@ class Sight:
                 [np.ones_like(c) if t.radial else c for c, t in zip(cosine, kinds, strict=True)]
             ),
             separate=np.array([t.separate_m for t in kinds]),
-            traits=skin.traits,
+            pulse=skin.traits.pulse,
         )
         far = np.repeat([t.most_m for t in kinds], [len(r) for r in rays]).astype(np.float32)
         self._own = Hits(far, np.full(len(far), zones.NOTHING, dtype=np.int16))

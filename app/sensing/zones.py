@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array
 from app.raycast import Beams, Hits
-from app.robot.traits import Traits, pulse_of
+from app.robot.traits import pulse_of
 from app.sensing.error_model import Reading
 
 NOTHING = -2  # label of a ray that ends in the air, beside the links' own and WORLD
@@ -21,7 +21,8 @@ class Fan(NamedTuple):
     first:  (K + 1,) int64: rays first[k] to first[k + 1] are those of sensor k, zone by zone.
     zone:   (K + 1,) int64: likewise its zones.
     direction: (n, 3) unit.   report: (n,) reported distance per metre: its cosine to the axis or 1.
-    separate: (K,) [m] a second target this far behind the first is told apart.
+    separate: (K,) [m] a second target this far behind the first is told apart.   pulse: (K, 2), see
+            `app.robot.traits.Traits`.
     """
 
     link: NDArray[np.int64]
@@ -33,7 +34,7 @@ class Fan(NamedTuple):
     direction: Array
     report: Array
     separate: Array
-    traits: Traits
+    pulse: Array
 
 
 @compiled
@@ -98,7 +99,7 @@ def merge_rays(k: int, first: int, hits: Hits, fan: Fan, reading: Reading) -> No
         if least == np.inf:
             continue
         total, count = 0.0, 0
-        pulse = least + pulse_of(fan.traits, k, least)
+        pulse = least + pulse_of(fan.pulse[k, 0], fan.pulse[k, 1], least)
         for i in range(sub):
             d = hits.length[begin + i] * report[i]
             if hits.label[begin + i] == NOTHING:
