@@ -21,7 +21,7 @@ from app.config import Params
 from app.messages import Array, SensorFrame
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
-from app.perception.self_filter import SelfFilter
+from app.perception.self_filter import SelfFilter, no_judgement
 from app.plot import Line, check_plot, plot_lines
 from app.raycast import RigidMesh
 from app.report import Check, Report
@@ -141,9 +141,11 @@ def _times(
         cloud.add_frames(f, posture, NINE)
         views.append(cloud.view(0.0))
 
+    judged = no_judgement(skin.slots)
+
     def filter_with(params: Params) -> Callable[[int], Any]:
         return lambda i: judge.judge(
-            everyone, scene[i % len(scene)][1], scene[i % len(scene)][0], params
+            everyone, scene[i % len(scene)][1], scene[i % len(scene)][0], params, judged
         )
 
     def tick(i: int) -> None:

@@ -112,7 +112,7 @@ def _judge(
 ) -> None:  # fmt: skip
     k, mine = frame.sensor, skin.zones(frame.sensor)
     reported = np.zeros(skin.slots)
-    reported[mine] = corrected(skin, frame)
+    reported[mine] = corrected(skin, np.arange(skin.slots)[mine], frame.distance)
     seen = judge.judge(np.array([k]), reported, posture, params)
     good = np.isfinite(skin.believed(k, frame.distance, frame.status, frame.targets))
     good &= seen.link[mine] >= 0

@@ -7,6 +7,7 @@ tick only looks which frames have grown too old.
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.cell.parts import Cell
 from app.config import Params
@@ -64,20 +65,18 @@ class SkinCloud:
         if not newest:
             return
         sensors = np.fromiter(newest, dtype=np.intp)
-        for k, f in newest.items():
-            mine = self._skin.zones(k)
-            self._reports.distance[mine] = corrected(self._skin, f)
-            self._reports.status[mine], self._reports.targets[mine] = f.status, f.targets
-            self._stamp[k] = f.stamp
-        judged, points = self._judged, self._points
-        self._self_filter.judge(sensors, self._reports.distance, posture, params, judged)
-        place_points(
-            sensors, posture.T_base_link, self._reports, self._lenses, judged.verdict, points
-        )
-        slots = np.concatenate([self._slots[k] for k in newest])
+        chosen, slots = newest.values(), np.concatenate([self._slots[k] for k in newest])
+        reports, judged, points = self._reports, self._judged, self._points
+        distance = np.concatenate([f.distance for f in chosen])
+        reports.distance[slots] = corrected(self._skin, slots, distance)
+        reports.status[slots] = np.concatenate([f.status for f in chosen])
+        reports.targets[slots] = np.concatenate([f.targets for f in chosen])
+        self._stamp[sensors] = [f.stamp for f in chosen]
+        self._self_filter.judge(sensors, reports.distance, posture, params, judged)
+        place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
-        self._ghosts.doubt(sensors, self._reports.distance, judged.verdict, judged.gap, params)
+        self._ghosts.doubt(sensors, reports.distance, judged.verdict, judged.gap, params)
         if self.background.learning:
             kept = slots[judged.verdict[slots] == KEPT]
             self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)
@@ -105,10 +104,9 @@ class SkinCloud:
         )
 
 
-def corrected(skin: Skin, frame: SensorFrame) -> Array:
-    """(n,) reported distances [m] of a frame, less what its zones are known to be off."""
+def corrected(skin: Skin, slots: NDArray[np.intp], reported: Array) -> Array:
+    """(n,) reported distances [m] in these slots (n,), less what their zones are known to be off."""
     if skin.ranges is None:
-        return frame.distance
-    scale = skin.depth[skin.zones(frame.sensor)]  # walls were square to the axis
-    slots = np.arange(*skin.first[frame.sensor : frame.sensor + 2])
-    return skin.ranges.corrected(slots, frame.distance * scale) / scale
+        return reported
+    scale = skin.depth[slots]  # walls were square to the axis
+    return skin.ranges.corrected(slots, reported * scale) / scale

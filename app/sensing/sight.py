@@ -74,10 +74,11 @@ class Sight:
         who = np.array(sensors, dtype=np.int64)
         beams, hits = self._rays_to_links(who, T_base_link, self._fixed[who])
         self._world.end_rays(beams, hits)
-        readings = [zones.no_reading(int(n)) for n in np.diff(self._fan.zone)[who]]
-        for b, reading in enumerate(readings):
-            zones.merge_rays(int(who[b]), int(beams.first[b]), hits, self._fan, reading)
-        return readings
+        ends = np.cumsum(np.diff(self._fan.zone)[who]).tolist()
+        seen = zones.no_reading(ends[-1] if ends else 0)
+        zones.merge_rays(who, hits, self._fan, seen)
+        parts = zip([0, *ends[:-1]], ends, strict=True)
+        return [Reading(*(zone[a:b] for zone in seen)) for a, b in parts] if ends else []
 
     def _rays_to_links(
         self, who: NDArray[np.int64], T_base_link: Array, blind: NDArray[np.bool_]

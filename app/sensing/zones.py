@@ -79,11 +79,26 @@ def no_reading(zones: int) -> Reading:
 
 
 @compiled
-def merge_rays(k: int, first: int, hits: Hits, fan: Fan, reading: Reading) -> None:
-    """Merge the rays of each zone of sensor k as its pulse detection does; `reading` is written.
+def merge_rays(sensors: NDArray[np.int64], hits: Hits, fan: Fan, reading: Reading) -> None:
+    """Merge the rays of each zone of `sensors` (m,) as their pulse detection does.
 
-    Its rays are those of `hits` from `first` on.
+    hits: of all their rays, sensor by sensor.   reading: of all their zones likewise, is written.
     """
+    ray, zone = 0, 0
+    for k in sensors:
+        zones = fan.zone[k + 1] - fan.zone[k]
+        _merge_rays(k, ray, hits, fan, _part(reading, zone, zone + zones))
+        ray, zone = ray + fan.first[k + 1] - fan.first[k], zone + zones
+
+
+@compiled
+def _part(reading: Reading, a: int, b: int) -> Reading:
+    return Reading(reading.depth[a:b], reading.merged[a:b], reading.label[a:b], reading.pure[a:b])
+
+
+@compiled
+def _merge_rays(k: int, first: int, hits: Hits, fan: Fan, reading: Reading) -> None:
+    """The zones of sensor k; its rays are those of `hits` from `first` on."""
     ray = fan.first[k]  # the same as first, but in the fan
     sub = (fan.first[k + 1] - ray) // len(reading.depth)
     for zone in range(len(reading.depth)):
