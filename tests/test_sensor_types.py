@@ -27,7 +27,7 @@ from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.wire import binary
 from app.sensing.wire.detect import FORMATS
 from app.timing import ManualClock
-from app.virtual.skin.emulate import raw_of
+from app.virtual.skin.emulate import raw_frame
 from app.wiring import Setup, build_engine
 from app.world.world import World
 from tests import mixed_skin
@@ -277,7 +277,7 @@ def test_every_type_goes_over_the_binary_wire_as_it_is(robot, mixed):
     posture, sent = robot.posture(robot.home), said(robot, mixed)
     source.poll(0.0, posture)
     for f in sent:
-        port.say(raw_of(f, mixed.sensors[f.sensor].type.grid, 1000), 0.01)
+        port.say(raw_frame(f, mixed.sensors[f.sensor].type.grid, 1000), 0.01)
     got = source.poll(0.02, posture)
     assert [f.sensor for f in got] == [0, 1, 2]
     for a, b in zip(sent, got, strict=True):
@@ -292,7 +292,7 @@ def test_eight_by_eight_frames_stay_as_they_were_on_the_wire_and_others_have_the
     robot, mixed
 ):
     grids = [sensor.type.grid for sensor in mixed.sensors]
-    packets = [binary.encode(raw_of(f, grids[f.sensor], 1000)) for f in said(robot, mixed)]
+    packets = [binary.encode(raw_frame(f, grids[f.sensor], 1000)) for f in said(robot, mixed)]
     assert [len(p) for p in packets] == [210, 14 + 3 * 256 + 4 + 4 + 1, 14 + 3 + 4 + 1 + 1]
 
 
@@ -301,7 +301,7 @@ def test_eight_by_eight_frames_stay_as_they_were_on_the_wire_and_others_have_the
 def test_text_formats_carry_the_grid_of_the_sensor_on_their_port(robot, mixed, name, k):
     sensor, style = mixed.sensors[k], FORMATS[name]
     (spec,) = parse_ports(f"/dev/hand={sensor.name}", mixed)
-    raw = raw_of(said(robot, mixed)[k], sensor.type.grid, 1000)
+    raw = raw_frame(said(robot, mixed)[k], sensor.type.grid, 1000)
     decoder = style.decoder(spec.grids)
     (frame,) = decoder.feed(b"\n" + style.encode(raw) + b"\n")
     assert frame.grid == sensor.type.grid

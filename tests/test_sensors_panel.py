@@ -12,8 +12,8 @@ from app.robot.skin import load_skin
 from app.ui.colours import POINT, css
 from app.ui.panels.health_panel import HealthPanel, latency
 from app.ui.panels.sensors_panel import SensorsPanel, zone_picture
-from app.ui.server import serving
 from tests import mixed_skin
+from tests.ui_page import serving
 
 
 @pytest.fixture

@@ -1,29 +1,54 @@
 """`flinch calibrate-filter`: thresholds for the self filter from returns of the robot itself."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.config import Params
 from app.errors import SensorError
-from app.messages import Array, SensorFrame
+from app.messages import SensorFrame
 from app.perception.calibration import BINS, suggest
 from app.perception.cloud import corrected
 from app.perception.self_filter import SelfFilter
 from app.report import Report
-from app.robot.model import Robot, find_robot, load_robot
+from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.ranges import complete, load_ranges
-from app.robot.skin import Skin, load_skin
+from app.robot.skin import Skin
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else
 POSTURES = 100  # of a simulated calibration
-Samples = tuple[list[Array], list[Array], list[Array], list[Array]]  # link, gap, noise, edge
+
+
+class Samples:
+    """What a skin's zones saw of the robot itself: link, gap and noise [m], across an edge."""
+
+    def __init__(self, robot: Robot, skin: Skin, params: Params) -> None:
+        self._skin, self._params, self._filter = skin, params, SelfFilter(robot, skin)
+        self._parts: list[tuple[NDArray[Any], ...]] = [(np.empty(0),) * 4]
+
+    def add(self, frame: SensorFrame, posture: Posture) -> None:
+        """The trusted zones of a frame in whose way the robot lies."""
+        skin, k, mine = self._skin, frame.sensor, self._skin.zones(frame.sensor)
+        reported = np.zeros(skin.slots)
+        reported[mine] = corrected(skin, np.arange(skin.slots)[mine], frame.distance)
+        seen = self._filter.judge(np.array([k]), reported, posture, self._params)
+        good = np.isfinite(skin.believed(k, frame.distance, frame.status, frame.targets))
+        good &= seen.link[mine] >= 0
+        noise = skin.sensors[k].type.noise(reported[mine])
+        columns = (seen.link[mine], seen.gap[mine], noise, seen.edge[mine])
+        self._parts.append(tuple(column[good] for column in columns))
+
+    def near(self, away: float) -> tuple[NDArray[Any], ...]:
+        """The columns (n,) of all zones that saw something within `away` [m] of the body."""
+        columns = [np.concatenate(column) for column in zip(*self._parts, strict=True)]
+        use = np.abs(columns[1]) <= away
+        return tuple(column[use] for column in columns)
 
 
 def calibrate(
@@ -38,33 +63,25 @@ def calibrate(
     recording: 'simulated', or PATH[@SENSOR] of an arm at rest at home with nothing near.
     ranges:    table of the zones' errors, taken off first.
     """
-    robot = load_robot(find_robot(robot_name))
-    file = skin_file or robot.skin
-    if not file:
-        raise SensorError(f"{robot.name} names no skin of its own; choose one with --skin")
-    skin = load_skin(Path(file) if skin_file else robot.folder / file, robot)
-    if ranges is not None:
-        skin = replace(skin, ranges=complete(load_ranges(ranges, skin.slots)))
+    setup = Setup(robot=robot_name, skin=skin_file, ranges=ranges)
+    robot, skin = build_robot_and_skin(setup)
     params = Params()
-    samples = (
-        _simulated(robot, skin, params, seed)
-        if recording == "simulated"
-        else _recorded(robot, skin, params, recording)
-    )
-    link, gap, noise, edge = (np.concatenate(s) if s else np.empty(0) for s in samples)
-    near = np.abs(gap) <= AROUND
-    if not near.any():
+    samples = Samples(robot, skin, params)
+    if recording == "simulated":
+        _simulate(samples, robot, skin, seed)
+    else:
+        _replay(samples, robot, skin, recording)
+    link, gap, noise, edge = samples.near(AROUND)
+    if not len(gap):
         raise SensorError(
             f"{recording}: no zone sees the robot at home; record an arm whose sensors see it"
         )
-    found = suggest(
-        robot.links, link[near].astype(np.int16), gap[near], noise[near], edge[near].astype(bool),
-    )  # fmt: skip
+    found = suggest(robot.links, link.astype(np.int16), gap, noise, edge.astype(bool))
     rows: list[dict[str, Any]] = [
         {
             "name": s.link, "returns": s.returns, "eps_m": s.eps, "eps_edge_m": s.edge,
             "histogram_from_m": float(BINS[0]), "histogram_step_m": float(BINS[1] - BINS[0]),
-            "histogram": s.histogram.tolist(), "shape": bars(s.histogram),
+            "histogram": s.histogram.tolist(), "shape": histogram_text(s.histogram),
         }
         for s in found
     ]  # fmt: skip
@@ -77,46 +94,28 @@ def calibrate(
     return Report("calibrate-filter", seed, rows)
 
 
-def bars(histogram: Any) -> str:
+def histogram_text(histogram: Any) -> str:
     """A histogram as a line of text."""
     steps = " .:-=+*#%@"
     top = max(1, int(histogram.max()))
     return "|" + "".join(steps[int(np.ceil(9 * n / top))] for n in histogram) + "|"
 
 
-def _simulated(robot: Robot, skin: Skin, params: Params, seed: int) -> Samples:
+def _simulate(samples: Samples, robot: Robot, skin: Skin, seed: int) -> None:
+    """The arm alone, in postures around home."""
     eye = SimulatedSkin(robot, skin, World(()), seed, latency=0.0)
     rng, period = np.random.default_rng(seed), max(s.type.period for s in skin.sensors)
-    judge, out = SelfFilter(robot, skin), ([], [], [], [])  # type: tuple[SelfFilter, Samples]
     for i in range(POSTURES):
         posture = robot.posture(robot.home + rng.uniform(-1.5, 1.5, robot.n))
         for j in range(skin.count):  # one whole round of the staggered sensors
-            for f in eye.poll((i + j / skin.count) * period, posture):
-                _judge(judge, skin, f, posture, params, out)
-    return out
+            for frame in eye.poll((i + j / skin.count) * period, posture):
+                samples.add(frame, posture)
 
 
-def _recorded(robot: Robot, skin: Skin, params: Params, recording: str) -> Samples:
+def _replay(samples: Samples, robot: Robot, skin: Skin, recording: str) -> None:
+    """A recording, PATH[@SENSOR], of the arm at home."""
     path, _, name = recording.partition("@")
     r, k = read_recording(Path(path)), skin.index(name) if name else 0
-    judge, out = SelfFilter(robot, skin), ([], [], [], [])  # type: tuple[SelfFilter, Samples]
     posture = robot.posture(robot.home)
-    for i, frame in enumerate(zip(r.distance, r.status, r.targets, strict=True)):
-        _judge(judge, skin, SensorFrame(k, r.stamp[i], i, *frame), posture, params, out)
-    return out
-
-
-def _judge(
-    judge: SelfFilter, skin: Skin, frame: SensorFrame, posture: Posture, params: Params,
-    out: Samples,
-) -> None:  # fmt: skip
-    k, mine = frame.sensor, skin.zones(frame.sensor)
-    reported = np.zeros(skin.slots)
-    reported[mine] = corrected(skin, np.arange(skin.slots)[mine], frame.distance)
-    seen = judge.judge(np.array([k]), reported, posture, params)
-    good = np.isfinite(skin.believed(k, frame.distance, frame.status, frame.targets))
-    good &= seen.link[mine] >= 0
-    noise = skin.sensors[k].type.noise(reported[mine])
-    found: tuple[Any, ...] = (seen.link[mine], seen.gap[mine], noise, seen.edge[mine])
-    for store, values in zip(out, found, strict=True):
-        store.append(values[good])
+    for i, columns in enumerate(zip(r.distance, r.status, r.targets, strict=True)):
+        samples.add(SensorFrame(k, 0.0, i, *columns), posture)

@@ -9,11 +9,12 @@ from numpy.typing import NDArray
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
 from app.report import Report
-from app.robot.model import Robot, find_robot, load_robot
+from app.robot.model import Robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
-from app.robot.skin import Skin, load_skin, zone_centres
+from app.robot.skin import Skin, zone_centres
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 FRAMES = 150  # of a simulated wall: ten seconds
@@ -27,10 +28,7 @@ def calibrate_ranges(
     """Add walls to the table in `file`: one recorded, PATH[@SENSOR] at `distance` [m], or, with
     'simulated', those of all sensors of the simulation with this seed.
     """
-    robot = load_robot(find_robot(robot_name))
-    if robot.skin is None:
-        raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
     table = load_ranges(file, skin.slots) if file.exists() else None
     if recording == "simulated":
         walls = simulated_walls(robot, skin, seed)
@@ -43,9 +41,8 @@ def calibrate_ranges(
     rows = []
     for k, d, depth in walls:
         rows.append({"name": skin.sensors[k].name} | _row(skin, k, d, depth))
-        table = with_wall(
-            table, skin.first, k, d, wall_offset(depth * skin.depth[skin.zones(k)], d)
-        )
+        offset = wall_offset(depth * skin.depth[skin.zones(k)], d)
+        table = with_wall(table, skin.first, k, d, offset)
     assert table is not None
     save_ranges(file, table)
     return Report("calibrate-ranges", seed, rows)
@@ -67,8 +64,8 @@ def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, floa
             while len(frames) < FRAMES:
                 now += sensor.type.period
                 frames += eye.poll(now, posture)
-            depth = [skin.believed(k, f.distance, f.status, f.targets) for f in frames]
-            out.append((k, distance, np.array(depth)))
+            seen = [skin.believed(k, f.distance, f.status, f.targets) for f in frames]
+            out.append((k, distance, np.array(seen)))
     return out
 
 

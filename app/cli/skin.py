@@ -51,7 +51,7 @@ class SkinCheck:
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.checks.skin import skin_check
+        from app.checks.skin_check import skin_check
 
         report = skin_check(self.robot, self.show, self.sensors, self.seed)
         print(report.to_json() if self.json else report.to_text())

@@ -105,7 +105,7 @@ class SkinCloud:
 
 
 def corrected(skin: Skin, slots: NDArray[np.intp], reported: Array) -> Array:
-    """(n,) reported distances [m] in these slots (n,), less what their zones are known to be off."""
+    """(n,) reported distances [m] in these slots, less what their zones are known to be off."""
     if skin.ranges is None:
         return reported
     scale = skin.depth[slots]  # walls were square to the axis

@@ -66,16 +66,15 @@ class ObstacleSpeed:
         renew_frames(sensors, cloud.points, cloud.verdict, cloud.stamp, self._frames)
 
     def update(self, pairs: Pairs, now: float) -> Pairs:
-        """`pairs` with `approach` (B,) and `approach_sigma` (B,) [m/s] filled in."""
+        """`pairs` with `approach` (B,) [m/s] filled in."""
         B = len(pairs.distance)
         if len(self._tracks.sure) != B:
             self._tracks = _tracks(B)
-        approach, sigma = np.empty((2, B))
+        approach = np.empty(B)
         _follow(
-            self._tracks, self._frames, now, pairs.distance, pairs.on_world, pairs.normal,
-            approach, sigma,
+            self._tracks, self._frames, now, pairs.distance, pairs.on_world, pairs.normal, approach
         )  # fmt: skip
-        return replace(pairs, approach=freeze(approach), approach_sigma=freeze(sigma))
+        return replace(pairs, approach=freeze(approach))
 
     def moving(self) -> Array:
         """(m, 3) [m] points of the tracks that are known to move, base frame."""
@@ -98,7 +97,6 @@ def _follow(
     on_world: Array,
     normal: Array,
     approach: Array,
-    sigma: Array,
 ) -> None:
     """Carry the tracks on to the pairs (B,), measure those that are due, write what they say."""
     for row in range(len(distance)):
@@ -120,12 +118,11 @@ def _follow(
         if abs(w) < DEAD_BAND or tracks.sure[row] < SURE:
             w = 0.0
         approach[row] = min(max(w, LEAST_SPEED), MOST)
-        sigma[row] = np.sqrt(tracks.variance[row])
 
 
 @compiled
 def _apart(a: Array, b: Array) -> float:
-    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+    return float(np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2))
 
 
 @compiled

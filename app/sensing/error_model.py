@@ -202,4 +202,4 @@ def _measure(
 def _detected(d: float, range_90: float, slope: float) -> float:
     """Probability of a target at d: logistic, 90 % at `range_90`, steep as slope * range_90."""
     x = (d - range_90) / (slope * range_90) - np.log(9.0)
-    return 1.0 / (1.0 + np.exp(x))
+    return float(1.0 / (1.0 + np.exp(x)))

@@ -8,6 +8,7 @@ behind them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -74,11 +75,13 @@ class Sight:
         who = np.array(sensors, dtype=np.int64)
         beams, hits = self._rays_to_links(who, T_base_link, self._fixed[who])
         self._world.end_rays(beams, hits)
-        ends = np.cumsum(np.diff(self._fan.zone)[who]).tolist()
-        seen = zones.no_reading(ends[-1] if ends else 0)
+        first = np.append(0, np.cumsum(np.diff(self._fan.zone)[who])).tolist()
+        seen = zones.no_reading(first[-1])
         zones.merge_rays(who, hits, self._fan, seen)
-        parts = zip([0, *ends[:-1]], ends, strict=True)
-        return [Reading(*(zone[a:b] for zone in seen)) for a, b in parts] if ends else []
+        return [
+            Reading(seen.depth[a:b], seen.merged[a:b], seen.label[a:b], seen.pure[a:b])
+            for a, b in pairwise(first)
+        ]
 
     def _rays_to_links(
         self, who: NDArray[np.int64], T_base_link: Array, blind: NDArray[np.bool_]

@@ -52,7 +52,6 @@ CRC = struct.Struct("<I")
 STATUS_AT = HEADER.size + 2 * ZONES
 PAYLOAD = STATUS_AT + ZONES
 PACKET = PAYLOAD + CRC.size + 1  # COBS adds one byte below 254
-WIRE = PACKET + 1  # with the delimiter
 SIDE = 32  # most rows, and columns, of version 2
 _LARGEST = HEADER_2.size + 3 * SIDE * SIDE + CRC.size
 LONGEST = _LARGEST + _LARGEST // 254 + 1  # with what COBS adds

@@ -22,18 +22,18 @@ PROMPTS = {
 }
 
 
-def listen(
+def record_port(
     text: str,
     robot: Robot,
     skin: Skin,
     what: str,
     clock: Clock,
-    tell: Callable[[str], None],
+    prompt: Callable[[str], None],
     seconds: float = 4.0,
 ) -> tuple[int, Array]:
     """The sensor that `text` names and its reports (F, n) [m], NaN where nothing is seen.
 
-    `tell` gets a sentence for the person before each part, which lasts `seconds`.
+    `prompt` gets a sentence for the person before each part, which lasts `seconds`.
     """
     specs = parse_ports(text, skin)
     if len(specs) != 1 or len(specs[0].sensors) != 1 or specs[0].port == AUTO:
@@ -43,8 +43,8 @@ def listen(
     posture = robot.posture(robot.home)
     depth: list[Array] = []
     try:
-        for prompt in PROMPTS[what]:
-            tell(f"{prompt.format(name=skin.sensors[k].name)} ({seconds:g} s)")
+        for sentence in PROMPTS[what]:
+            prompt(f"{sentence.format(name=skin.sensors[k].name)} ({seconds:g} s)")
             end = clock.now() + seconds
             while clock.now() < end:
                 for f in source.poll(clock.now(), posture):

@@ -12,17 +12,17 @@ from typing import Any
 
 import numpy as np
 
-from app.checks.listen import listen
+from app.checks.skin_port import record_port
 from app.errors import SensorError
 from app.messages import Array
 from app.report import Check, Report
-from app.robot.model import find_robot, load_robot
 from app.robot.sensor_type import PERPENDICULAR, RADIAL
-from app.robot.skin import Sensor, Skin, load_skin, zone_centres
+from app.robot.skin import Sensor, Skin, zone_centres
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 SURE = 1.15  # times the other reading's residual makes a convention certain
@@ -32,28 +32,25 @@ LOOSE = 0.6  # share of the way that a hand's track must go along its axis
 
 def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: int = 0) -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
-    robot = load_robot(find_robot(robot_name))
-    if robot.skin is None:
-        raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
     port = recording.removeprefix("serial:")
     path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count
     if port != recording:
-        k, depth = listen(port, robot, skin, what, WallClock(), _tell)
+        k, depth = record_port(port, robot, skin, what, WallClock(), _prompt)
     elif recording.startswith("simulated"):
         depth = simulate(robot, skin, k, what, seed)
     else:
         r = read_recording(Path(path))
         depth = skin.believed(k, r.distance, r.status, r.targets)
     sensor = skin.sensors[k]
-    row = wall(depth, sensor) if what == "wall" else hand(depth, sensor)
+    row = judge_wall(depth, sensor) if what == "wall" else judge_hand(depth, sensor)
     ok = float(bool(row.pop("agrees")))
     check = Check("agrees with the layout", ok, "", 1.0, at_least=True)
     return Report(f"skin check {what}", seed, [{"name": sensor.name} | row], [check])
 
 
-def wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
+def judge_wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
     """Which reading of the ranges (F, n) makes a plane: depth along the axis, or the ray's?"""
     axial = zone_centres(sensor)
     radial = axial / np.linalg.norm(axial, axis=1, keepdims=True)
@@ -74,7 +71,7 @@ def wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def hand(depth: Array, sensor: Sensor) -> dict[str, Any]:
+def judge_hand(depth: Array, sensor: Sensor) -> dict[str, Any]:
     """How the zones are mirrored and turned, from a hand that goes right, then down."""
     track = []
     for frame in depth:
@@ -120,8 +117,8 @@ def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
         places = [T @ tilt] * 30
         name = "wall"
     else:
-        across, down = np.radians(skin.sensors[k].type.field_of_view_deg)
-        reach = 0.4 * np.tan(0.4 * min(across, down))
+        view = np.radians(min(skin.sensors[k].type.field_of_view_deg))
+        reach = 0.4 * np.tan(0.4 * view)
         name = "hand"
         world.add(name, {"kind": "sphere", "radius_m": 0.04}, (0, 0, 0))
         places = []
@@ -140,7 +137,7 @@ def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
     return np.array(out)
 
 
-def _tell(sentence: str) -> None:
+def _prompt(sentence: str) -> None:
     print(sentence, file=sys.stderr)
 
 
