@@ -38,7 +38,7 @@ class Params:
     """All settings that may change while running (SI units).
 
     Defaults and ranges: `d_min`, `delta` and the gains follow the reproduction of the paper,
-    which gives no values; the filter's threshold follows the sensor's noise.
+    which gives no values. What is a fact of a sensor is in its type, `app.robot.sensor_type`.
     """
 
     mode: str = tunable("qp", "", None, None, "control", "controller", MODES)
@@ -62,15 +62,6 @@ class Params:
     speed: float = tunable(
         0.5, "", 0.05, 1.0, "control", "share of the joints' velocity limits that may be used"
     )
-    eps_min: float = tunable(
-        0.03, "m", 0.005, 0.20, "perception", "self filter: smallest threshold before the body"
-    )
-    eps_base: float = tunable(
-        0.02, "m", 0.0, 0.20, "perception", "self filter: threshold = base + sigmas x noise"
-    )
-    eps_sigmas: float = tunable(
-        3.0, "", 0.0, 10.0, "perception", "self filter: multiples of the range noise"
-    )
     footprint: bool = tunable(
         True, "", None, None, "perception",
         "self filter: up to nine rays a zone, since a zone is a cone",
@@ -78,22 +69,6 @@ class Params:
     two_sided: bool = tunable(
         False, "", None, None, "perception",
         "self filter: keep points behind the body, as the paper's Algorithm 1 does",
-    )  # fmt: skip
-    near_cut: float = tunable(
-        0.015, "m", 0.0, 0.10, "perception", "self filter: rays start this far from the lens"
-    )
-    range_min: float = tunable(0.02, "m", 0.0, 0.5, "perception", "shorter ranges are out of range")
-    range_max: float = tunable(4.0, "m", 0.2, 4.0, "perception", "longer ranges are out of range")
-    frame_age: float = tunable(
-        0.20, "s", 0.05, 1.0, "perception", "older frames are stale and leave the cloud"
-    )
-    accept_unconfirmed: bool = tunable(
-        False, "", None, None, "perception",
-        "also trust target statuses 6 and 10 (no previous target to compare with)",
-    )  # fmt: skip
-    accept_merged: bool = tunable(
-        True, "", None, None, "perception",
-        "trust target status 9 (two surfaces merged into one pulse)",
     )  # fmt: skip
     ghost_filter: bool = tunable(
         True, "", None, None, "perception",

@@ -273,7 +273,7 @@ def choose_skin(setup: Setup, robot: Robot) -> Skin:
     skin = load_skin(_skin_file(setup.skin, robot), robot)
     if setup.ranges is None:
         return skin
-    return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.count)))
+    return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
 
 
 def build_robot_and_skin(setup: Setup) -> tuple[Robot, Skin]:

@@ -110,6 +110,6 @@ def test_rays_hit_a_moved_triangle_where_it_is(angle, y, z):
     direction = np.array([[c, s, 0.0]])
     hits = Hits(np.full(1, MISS), np.full(1, -2, dtype=np.int16))
     solids = Solids([mesh], np.array([7], dtype=np.int16))
-    beams = Beams(origin, direction, 0.0, np.array([0, 1]), direction)
+    beams = Beams(origin, direction, np.zeros(1), np.array([0, 1]), direction)
     solids.end_rays(T[None], beams, np.zeros((1, 1), dtype=bool), hits)
     assert hits.length[0] == pytest.approx(2.0, abs=1e-5) and hits.label[0] == 7

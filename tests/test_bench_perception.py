@@ -49,7 +49,7 @@ def test_a_suggested_threshold_covers_nearly_all_self_returns():
     link = np.zeros(5000, dtype=np.int16)
     edge = np.arange(5000) < 2500
     gap[edge] *= 2.0
-    first, second = suggest(("a", "b"), link, gap, np.full(5000, 0.01), edge, 0.0)
+    first, second = suggest(("a", "b"), link, gap, np.zeros(5000), edge)
     assert 0.010 < first.eps < 0.016 and np.mean(gap[~edge] > first.eps) <= 0.001
     assert 0.020 < first.edge < 0.032 and np.mean(gap[edge] > first.edge) <= 0.001
     assert first.histogram.sum() > 4990

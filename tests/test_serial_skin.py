@@ -242,7 +242,7 @@ def test_two_ports_that_speak_for_one_sensor_are_a_conflict(cell):
     ("frame", "says"),
     [
         (lambda s, n, t: raw(s + 200, n, t), "it sends sensor id 210, the layout has 30 sensors"),
-        (lambda s, n, t: raw(s, n, t, resolution=4), "reports 4x4 zones, the layout has 8x8"),
+        (lambda s, n, t: raw(s, n, t, grid=(4, 4)), "reports 4x4 zones, the layout has 8x8"),
     ],
 )
 def test_a_board_that_does_not_fit_the_layout_is_a_misfit(cell, frame, says):
@@ -265,7 +265,10 @@ def test_a_format_that_names_no_sensor_needs_one(skin, robot):
     (frame,) = named.poll(0.2, posture)
     assert frame.sensor == 4 and frame.stamp == 0.2 and frame.distance == pytest.approx(0.7)
     assert named.fault(0.2, 0.5, named.connected) == ""
-    assert "no status: 0 < d < 4000 mm counts as valid" in dict(named.inputs(0.2))["/dev/hand"]
+    assert (
+        "no status: what is within the sensor's range counts as valid"
+        in dict(named.inputs(0.2))["/dev/hand"]
+    )
 
 
 @pytest.mark.parametrize("claims", [RINGS, ((), (), ())], ids=["claimed", "unclaimed"])

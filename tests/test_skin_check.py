@@ -14,7 +14,7 @@ from app.robot.skin import build_skin
 def test_a_wall_tells_depth_along_the_axis_from_the_length_of_the_ray(robot, skin):
     depth = simulate(robot, skin, 15, "wall", 0)
     sensor = skin.sensors[15]
-    assert judge_wall(depth, sensor)["convention"] == "axial"
+    assert judge_wall(depth, sensor)["convention"] == "perpendicular"
     radial = depth * np.linalg.norm(skin.reach[15 * 64 : 16 * 64], axis=1)
     found = judge_wall(radial, sensor)
     assert found["convention"] == "radial" and not found["agrees"]

@@ -18,7 +18,6 @@ from app.cell.learned import Learned
 from app.cell.parts import Cell
 from app.config import Params
 from app.messages import (
-    SLOTS,
     Array,
     Cloud,
     JointState,
@@ -79,7 +78,7 @@ class Perception:
     """Holds all that is remembered of frames and joint states; no clock, no device."""
 
     def __init__(self, robot: Robot, skin: Skin, cell: Cell) -> None:
-        self._robot, self._cell = robot, cell
+        self._robot, self._skin, self._cell = robot, skin, cell
         self._history = JointHistory(robot.n)
         self._cloud = SkinCloud(robot, skin, cell)
         self._body = BodyPairs(robot)
@@ -138,7 +137,7 @@ class Perception:
         self._history.append(joints)
         lap("kinematics")
         self._take(frames, params)
-        cloud = self._cloud.view(joints.stamp, params)
+        cloud = self._cloud.view(joints.stamp)
         lap("filter")
         points, use = self._world_points(cloud, posture, joints.stamp, params)
         body = self._body.search(points, use, posture)
@@ -157,7 +156,7 @@ class Perception:
     def recall(self, joints: JointState, params: Params) -> Percept:
         """What was believed before, at the present posture: for a tick that trusts nothing new."""
         posture = self._robot.posture(joints.q)
-        cloud = self._cloud.view(joints.stamp, params)
+        cloud = self._cloud.view(joints.stamp)
         points, use = self._world_points(cloud, posture, joints.stamp, params)
         body = self._body.search(points, use, posture)
         return Percept(posture, cloud, body, body, body, np.empty((0, 3)))
@@ -167,7 +166,7 @@ class Perception:
         for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
             then = self._robot.posture(self._history.at(stamp))
             together = list(group)
-            self._cloud.take(together, then, params)
+            self._cloud.add_frames(together, then, params)
             if params.memory or params.obstacle_speed:
                 sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
                 if params.obstacle_speed:
@@ -210,7 +209,7 @@ class Perception:
             self._steadying.reset()
             self._kind = needs.pairs
         steady = self._steadying.update(posture, pairs, needs.reach, dt)
-        return aged(steady, pairs, params.frame_age) if needs.ages else steady
+        return aged(steady, pairs, float(self._skin.traits.oldest.max())) if needs.ages else steady
 
     def _revise_memory(self, body: Pairs, current: int, now: float, params: Params) -> None:
         """Tell the memory what moves, and where the arm's own body has been."""
@@ -223,7 +222,7 @@ class Perception:
         """(B,) [s] since each pair's world point was measured."""
         age, slot, current = np.full(len(pairs.slot), np.inf), pairs.slot, len(cloud.points)
         seen, kept = (slot >= 0) & (slot < current), slot >= current
-        age[seen] = now - cloud.stamp[slot[seen] // SLOTS]
+        age[seen] = now - cloud.stamp[self._skin.sensor_of[slot[seen]]]
         age[kept] = self._memory.ages(slot[kept] - current, now)
         return freeze(age)
 

@@ -17,7 +17,7 @@ from app.ui.engine import Engine
 from app.ui.pacing import Every, HandsOff
 from app.ui.panels.assign import assign
 
-FIRST = ("d_s", "v_max", "d_min", "delta", "eps_min", "memory")
+FIRST = ("d_s", "v_max", "d_min", "delta", "memory")
 ELSEWHERE = ("mode",)  # the control panel has it
 MM = 1000.0
 PERIOD = 0.2  # [s]

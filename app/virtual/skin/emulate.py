@@ -17,10 +17,9 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.port_spec import named_sensors
 from app.sensing.replay import Recording, Replay, read_recording
-from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire.detect import format_of
-from app.sensing.wire.raw import NO_TARGET, RawFrame
+from app.sensing.wire.raw import NO_TARGET, Grid, RawFrame
 from app.timing import Clock
 from app.virtual.skin.faults import FaultyWire, parse_faults
 from app.virtual.skin.pty_port import PtyPort
@@ -86,9 +85,10 @@ def emulate(
         names = skin.sensors[sensors[0]].name
         if len(sensors) > 1:
             names += f" to {skin.sensors[sensors[-1]].name}"
-        ready(f"{names} at {RATE:g} Hz, format {what.format}, on {what.link}")
+        rate = max(skin.sensors[k].type.rate_hz for k in sensors)
+        ready(f"{names} at {rate:g} Hz, format {what.format}, on {what.link}")
         line = Line(style.encode, FaultyWire(faults, clock.now(), setup.seed), port)
-        period = 1.0 / (RATE * len(sensors))
+        period = 1.0 / (rate * len(sensors))
         return send_frames(frames, skin, line, clock, period, what.seconds, over)
 
 
@@ -117,7 +117,7 @@ def send_frames(
         now = clock.now()
         for f in frames.poll(now):
             said += 1
-            raw = raw_frame(f, skin.sensors[f.sensor].resolution, line.faulty.clock(now))
+            raw = raw_frame(f, skin.sensors[f.sensor].type.grid, line.faulty.clock(now))
             packet = line.encode(line.faulty.frame(raw))
             line.port.write(line.faulty.wire(packet, now))
         due = max(due + period, now)  # after a stall no burst of old frames
@@ -125,15 +125,13 @@ def send_frames(
     return said, line.port.lost
 
 
-def raw_frame(frame: SensorFrame, resolution: int, t_us: int) -> RawFrame:
-    """A frame as its board would send it; distances in whole millimetres."""
+def raw_frame(frame: SensorFrame, grid: Grid, t_us: int) -> RawFrame:
+    """A frame as its board would send it, rows and columns in `grid`; distances in whole mm."""
     distance = np.clip(np.round(frame.distance * 1e3), -32768, 32767).astype(np.int16)
     status = np.where(frame.targets > 0, frame.status, NO_TARGET).astype(np.uint8)
-    used = np.arange(len(distance)) < resolution**2
     return RawFrame(
-        frame.sensor, frame.sequence % (1 << 16), t_us, resolution,
-        freeze(np.where(used, distance, 0).astype(np.int16)),
-        freeze(np.where(used, status, NO_TARGET).astype(np.uint8)), TEMPERATURE,
+        frame.sensor, frame.sequence % (1 << 16), t_us, grid, freeze(distance),
+        freeze(status), TEMPERATURE,
     )  # fmt: skip
 
 
@@ -169,7 +167,8 @@ class RecordedFrames:
             self._begin = now
         out = []
         for i, (k, player) in enumerate(self._players.items()):
-            if now < self._begin + i / (RATE * len(self._players)):
+            period = self._skin.sensors[k].type.period
+            if now < self._begin + i * period / len(self._players):
                 continue
             for f in player.poll(now, self._posture):
                 out.append(
