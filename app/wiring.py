@@ -8,7 +8,6 @@ from typing import cast, get_args
 import numpy as np
 
 from app.actions import RunProgram
-from app.assets import asset_folder
 from app.brain import Brain
 from app.cell.files import load_cell
 from app.cell.parts import Cell
@@ -24,6 +23,7 @@ from app.plant.plant import Arm
 from app.plant.real import RealPlant
 from app.plant.simulated import SimulatedPlant
 from app.robot.arm import SimulatedArm
+from app.robot.blind import blind_words
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.ranges import complete, load_ranges
@@ -109,7 +109,8 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
-        engine.warnings = warnings(robot, cell, arm.state(clock.now()).q)
+        near = warnings(robot, cell, arm.state(clock.now()).q)
+        engine.warnings = (*blind_words(robot, skin), *near)
         if learned_file is not None:
             engine.follow(Keeper(learned_file, engine.post))
         if setup.ghost:
@@ -251,17 +252,21 @@ def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
 
 
 def build_robot(setup: Setup) -> Robot:
-    """The robot that a setup names: a folder, a bare URDF, or a public description."""
+    """The robot that a setup names, in the covers of its layout: a folder, a bare URDF, or a
+    public description."""
+    choice = replace(setup.choice, skin=setup.skin)
     if setup.urdf:
-        return load_urdf(Path(setup.urdf), setup.choice)
+        return load_urdf(Path(setup.urdf), choice)
     if setup.robot.startswith(PREFIX):
-        return load_urdf(find_description(setup.robot.removeprefix(PREFIX)), setup.choice)
-    return load_robot(find_robot(setup.robot), setup.choice)
+        return load_urdf(find_description(setup.robot.removeprefix(PREFIX)), choice)
+    return load_robot(find_robot(setup.robot), choice)
 
 
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
-    """The layout that a setup names, or the robot's own."""
-    skin = load_skin(_skin_file(setup.skin, robot), robot)
+    """The layout whose covers the robot wears, as `build_robot` chose it."""
+    if robot.layout is None:
+        raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
+    skin = load_skin(robot.layout, robot)
     if setup.ranges is None:
         return skin
     return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.count)))
@@ -272,27 +277,6 @@ def _mode(name: str) -> ControlMode:
         if mode == name:
             return cast(ControlMode, mode)
     raise ConfigError(f"ghost = {name!r}; choose one of {', '.join(get_args(ControlMode))}")
-
-
-def _skin_file(name: str, robot: Robot) -> Path:
-    given = name or robot.skin
-    if not given:
-        raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
-    inside = (robot.folder / given, robot.folder / "skin" / f"{given}.toml")
-    for path in (Path(given), *inside, *_of_another(given)):
-        if path.is_file():
-            return path
-    known = ", ".join(sorted(p.stem for p in (robot.folder / "skin").glob("*.toml")))
-    raise RobotError(
-        f"skin {given!r} is neither a file nor a layout of {robot.name}; known: {known or 'none'}"
-    )
-
-
-def _of_another(given: str) -> tuple[Path, ...]:
-    """A layout of another robot's folder, as NAME/LAYOUT."""
-    robot, _, layout = given.partition("/")
-    folder = asset_folder("robots") / robot / "skin"
-    return (folder / f"{layout}.toml",) if layout and folder.is_dir() else ()
 
 
 def clock_for(setup: Setup) -> Clock:

@@ -10,6 +10,7 @@ from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.kernels import Kernels
+from app.cli.new_robot import NewRobot
 from app.cli.ranges import CalibrateRanges
 from app.cli.run import Run
 from app.cli.skin import CalibrateFilter, SkinCommand
@@ -31,6 +32,7 @@ def main(args: Sequence[str] | None = None) -> int:
     app.command(name="skin")(SkinCommand)
     app.command(name="experiment")(Experiment)
     app.command(name="ur")(Ur)
+    app.command(name="new-robot")(NewRobot)
     app.command(name="kernels")(Kernels)
     try:
         command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")

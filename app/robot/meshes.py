@@ -9,7 +9,7 @@ can see or keep clear of.
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import trimesh
@@ -18,8 +18,7 @@ from numpy.typing import NDArray
 
 from app.errors import RobotError, options
 from app.messages import Array, freeze
-
-Bodies = Literal["collision", "visual"]
+from app.robot.tables import Bodies
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -121,7 +120,7 @@ class Description:
         return meshes
 
     def _file(self, filename: str, link: str) -> Path:
-        path = self._resolve(filename)
+        path = self.find(filename)
         if path is None:
             raise RobotError(
                 f"{self.path}: mesh {filename!r} of link {link!r} is missing; put the file there "
@@ -129,7 +128,7 @@ class Description:
             )
         return path
 
-    def _resolve(self, filename: str) -> Path | None:
+    def find(self, filename: str) -> Path | None:
         """Relative and file:// paths beside the URDF; package://NAME/rest in a parent folder."""
         name = filename.removeprefix("file://")
         folder = self.path.parent

@@ -1,0 +1,34 @@
+"""`flinch new-robot`: a robot folder for a URDF, to be edited."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+
+@dataclass(frozen=True)
+class NewRobot:
+    """Write a robot folder for a URDF: robot.toml, a copy of its meshes, and a layout with rings of
+    sensors. `flinch run --robot FOLDER` takes it as it stands; edit what does not fit."""
+
+    urdf: tyro.conf.Positional[Path]
+    """The URDF file; its meshes must be there."""
+    ring: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    """LINK:COUNT sensors round a link, where it is round; give it once for each ring."""
+    out: Path | None = None
+    """The folder to write; default: the robot's name, here."""
+
+    def __call__(self) -> None:
+        from app.robot.draft import parse_wish, write_draft
+
+        wishes = [parse_wish(text) for text in self.ring]
+        out = self.out or Path(self.urdf.stem)
+        robot, rings = write_draft(self.urdf, wishes, out)
+        print(f"{out}: {robot.name}, {robot.n} joints, {len(robot.links)} bodies")
+        for r in rings:
+            at = ", ".join(f"{c:.3f}" for c in r.centre)
+            print(
+                f"  {r.count} sensors round {r.link} at ({at}) m, lenses at {1e3 * r.radius:.0f} mm"
+            )
+        print(f"Next: flinch doctor --robot {out}, then edit {out}/robot.toml and its layout,")
+        print(f"{out}/skin/rings.toml, and flinch run --robot {out}")
