@@ -143,7 +143,7 @@ def assemble(
     brain = Brain(
         limited(robot, arm.limits), skin, cell, params, goal=goal, programs=programs, begin=begin
     )  # fmt: skip
-    plant = build_plant(robot, skin, arm, source, world, look_every)
+    plant = build_plant(brain.robot, skin, arm, source, world, look_every)  # one set of kinematics
     return Engine(brain, plant, clock, rate=rate, scene=scene)
 
 

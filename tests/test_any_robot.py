@@ -10,10 +10,9 @@ import trimesh
 from app.cli import main
 from app.errors import RobotError
 from app.robot.descriptions import find_description
-from app.robot.meshes import Bodies
 from app.robot.model import find_robot, load_robot, load_urdf
 from app.robot.skin import Sensor, build_skin
-from app.robot.tables import Choice
+from app.robot.tables import Bodies, Choice
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.studies.headless import run

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 import trimesh
 
+from app.bench.exactness import filter_disagreements, worst_distance
+from app.bench.perception import make_scene
 from app.config import Params
+from app.judge.reference import first_hit, nearest_of, signed_distance
 from app.perception.calibration import LEAST, suggest
-from app.studies.bench_perception import make_scene
-from app.studies.exactness import filter_disagreements, worst_distance
-from app.studies.reference import first_hit, nearest_of, signed_distance
 
 
 @pytest.fixture

@@ -2,7 +2,7 @@
 
 import pytest
 
-from app.studies.bench_serial import bench_serial, pattern
+from app.bench.serial import bench_serial, pattern
 from app.wiring import Setup
 
 

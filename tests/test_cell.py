@@ -8,12 +8,12 @@ from app.cell.learned import Learned, cubes_at
 from app.cell.parts import Box, Cell, HalfSpace
 from app.config import Params
 from app.control.whole_body import WholeBody
+from app.judge.truth import TrueDistance
 from app.messages import Goal, Pairs, freeze
 from app.poses import transform
 from app.robot.arm import SimulatedArm
 from app.robot.model import find_robot, load_robot
 from app.robot.tables import Choice
-from app.studies.truth import TrueDistance
 from app.world.cells import find_cell, read_cell
 from app.world.motion import Still
 from app.world.shapes import make_shape

@@ -5,16 +5,16 @@ import json
 import numpy as np
 import pytest
 
+from app.bench.control_cases import make_cases
 from app.cli import main
 from app.errors import ConfigError
+from app.judge.truth import TrueDistance
 from app.messages import Pairs
-from app.studies.control_cases import make_cases
+from app.plot import check_plot, plot_tradeoff
 from app.studies.free_direction import free_direction
-from app.studies.plot import check_plot, plot_tradeoff
 from app.studies.random_worlds import CLEAR, random_goal, random_world, run_trial
 from app.studies.tradeoff import Point, checks, jerk_rms, mean, run_point, switches
 from app.studies.trial_log import Trial, TrialLog
-from app.studies.truth import TrueDistance
 
 
 @pytest.fixture(scope="module")

@@ -14,9 +14,9 @@ from app.robot.skin import load_skin
 from app.sensing.port_spec import named_sensors
 from app.sensing.replay import read_recording
 from app.sensing.wire.detect import FORMATS
-from app.sensing.wire.faults import Disturbed, Faults, mirrored, parse_faults
-from app.studies.emulate import Emulation, Recorded, emulate, raw_of, speak
 from app.timing import ManualClock, WallClock
+from app.virtual.skin.emulate import Emulation, Recorded, emulate, raw_of, speak
+from app.virtual.skin.faults import Disturbed, Faults, mirrored, parse_faults
 from app.wiring import Setup
 
 

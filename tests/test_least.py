@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from app.studies.least import LeastDistance
+from app.judge.least import LeastDistance
+from app.judge.truth import TrueDistance
 from app.studies.random_worlds import random_world
-from app.studies.truth import TrueDistance
 from app.world.world import World
 
 

@@ -21,11 +21,11 @@ from app.cell.files import load_cell
 from app.cli import main
 from app.config import Params
 from app.errors import ConfigError
+from app.judge.truth import TrueDistance
 from app.messages import Mode
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
-from app.studies.truth import TrueDistance
 from app.timing import ManualClock, WallClock
 from app.wiring import Setup, assemble, build_engine
 from app.world.world import World

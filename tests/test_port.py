@@ -12,9 +12,9 @@ from app.errors import SensorError
 from app.sensing.open_ports import open_skin
 from app.sensing.port import Port
 from app.sensing.port_spec import PortSpec
-from app.sensing.pty_port import PtyPort
 from app.sensing.wire import binary, lines
 from app.timing import WallClock
+from app.virtual.skin.pty_port import PtyPort
 from tests.ports import raw
 
 PATIENCE = 5.0  # [s] for what should come at once

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from app.checks.range_calibration import DISTANCES, simulated_walls, table_of
 from app.cli import main
 from app.errors import SensorError
 from app.robot.ranges import (
@@ -15,7 +16,6 @@ from app.robot.ranges import (
     wall_offset,
     with_wall,
 )
-from app.studies.ranges import DISTANCES, simulated_walls, table_of
 
 
 def wrong(depth, bias):

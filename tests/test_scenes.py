@@ -8,11 +8,11 @@ import pytest
 from app.assets import asset_folder
 from app.cell.parts import Cell
 from app.errors import WorldError
+from app.judge.truth import TrueDistance
 from app.messages import Goal
 from app.perception.static_filter import StaticFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.studies.truth import TrueDistance
 from app.world.scene import PRESETS, Scene, find_scene, load_scene
 from app.world.world import World
 from tests.fakes import first_hits

@@ -129,7 +129,7 @@ def test_bytes_without_a_whole_frame_stop_the_arm_as_garbled(cell):
 
 
 def test_bit_errors_of_1e_4_cost_frames_but_no_wrong_one_gets_through(cell):
-    from app.sensing.wire.faults import Disturbed, Faults
+    from app.virtual.skin.faults import Disturbed, Faults
 
     cable = Disturbed(Faults(bits=1e-4), 0.0, seed=4)
     cell.boards[0].garble = lambda packet: cable.wire(packet, 0.0)

@@ -154,7 +154,7 @@ def test_the_choice_does_not_depend_on_the_order_of_points_or_on_what_is_not_in_
     assert np.array_equal(one.distance, other.distance)
 
 
-def test_between_two_choices_the_pairs_are_held_and_measured_anew(robot):
+def test_links_take_turns_and_pairs_not_chosen_anew_are_held_and_measured_anew(robot):
     rng = np.random.default_rng(22)
     body = BodyPairs(robot)
     many = ManyPairs(body)
@@ -167,30 +167,48 @@ def test_between_two_choices_the_pairs_are_held_and_measured_anew(robot):
         closest = body.search(points, use, posture)
         return posture, closest, many.update(closest, points, use, posture, 0.6, now)
 
+    links = len(robot.links)
     _, _, before = update(1.0)
     q += 0.02
     use[before.slot[3 * PAIRS + 1]] = False
-    posture, closest, held = update(1.0 + 0.5 * RENEW)
-    assert np.array_equal(held.distance[::PAIRS], closest.distance)
-    assert before.slot[3 * PAIRS + 1] >= 0 and held.slot[3 * PAIRS + 1] == -1
+    posture, closest, after = update(1.0 + RENEW / links)  # one link's turn: the first's
+    fresh = body.several(points, use, posture, closest, 0.6)
+    assert np.array_equal(after.slot[:PAIRS], fresh.slot[:PAIRS])
+    assert np.array_equal(after.distance[::PAIRS], closest.distance)
+    assert before.slot[3 * PAIRS + 1] >= 0 and after.slot[3 * PAIRS + 1] == -1
     followed = 0
     for link, shape in enumerate(robot.bodies):
         T = posture.T_base_link[link]
         d = signed_brute((points - T[:3, 3]) @ T[:3, :3], shape)
         for row in range(link * PAIRS, (link + 1) * PAIRS):
-            if held.slot[row] >= 0:
-                assert held.distance[row] == pytest.approx(d[held.slot[row]], abs=1e-9)
-                arrow = held.on_robot[row] - points[held.slot[row]]
-                assert arrow == pytest.approx(held.distance[row] * held.normal[row], abs=1e-9)
+            if after.slot[row] >= 0:
+                assert after.distance[row] == pytest.approx(d[after.slot[row]], abs=1e-9)
+                arrow = after.on_robot[row] - points[after.slot[row]]
+                assert arrow == pytest.approx(after.distance[row] * after.normal[row], abs=1e-9)
                 followed += 1
+                held = set(before.slot[link * PAIRS : (link + 1) * PAIRS]) | {closest.slot[link]}
+                assert link == 0 or after.slot[row] in held
     assert followed > 15
-    again = update(1.0 + 1.1 * RENEW)[2]
-    fresh = body.several(points, use, posture, closest, 0.6)
+    for turn in range(2, links + 1):  # when all have had theirs, all rows are a fresh choice
+        again = update(1.0 + turn * RENEW / links)[2]
     assert np.array_equal(again.slot, fresh.slot)
     fewer = points[:20]  # the rows beyond are gone
     closest = body.search(fewer, use[:20], posture)
-    left = many.update(closest, fewer, use[:20], posture, 0.6, 1.0 + 1.6 * RENEW)
+    left = many.update(closest, fewer, use[:20], posture, 0.6, 1.0 + 1.5 * RENEW)
     assert left.slot.max() < 20
+
+
+def test_a_tick_as_long_as_the_period_or_a_step_back_in_time_chooses_for_all(robot):
+    rng = np.random.default_rng(24)
+    body = BodyPairs(robot)
+    many = ManyPairs(body)
+    posture = robot.posture(robot.home)
+    for now in (1.0, 1.0 + RENEW, 0.5):
+        points = posture.T_base_link[3, :3, 3] + rng.normal(scale=0.3, size=(200, 3))
+        use = np.ones(len(points), dtype=bool)
+        closest = body.search(points, use, posture)
+        pairs = many.update(closest, points, use, posture, 0.6, now)
+        assert np.array_equal(pairs.slot, body.several(points, use, posture, closest, 0.6).slot)
 
 
 def test_two_threats_from_two_sides_are_both_found_before_a_neighbour_of_the_first(robot):

@@ -5,12 +5,12 @@ import threading
 import numpy as np
 import pytest
 
+from app.checks.listen import listen
+from app.checks.skin import hand, simulate
 from app.errors import SensorError
-from app.sensing.pty_port import PtyPort
 from app.sensing.wire import binary, lines
-from app.studies.skin_check import hand, simulate
-from app.studies.skin_listen import listen
 from app.timing import WallClock
+from app.virtual.skin.pty_port import PtyPort
 from tests.ports import raw
 
 PART = 0.4  # [s] for each of the two moves

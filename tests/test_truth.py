@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from app.errors import WorldError
-from app.studies.truth import TrueDistance
+from app.judge.truth import TrueDistance
 from app.world.motion import Still
 from app.world.shapes import make_shape
 from app.world.tables import transform

@@ -13,9 +13,9 @@ from app.errors import RobotError
 from app.robot.ur import apart, link, stream
 from app.robot.ur.apart import ControlApart
 from app.robot.ur.driver import UrArm
-from app.robot.ur.emulator.controller import standing_after
-from app.robot.ur.emulator.faults import LINKS
 from app.robot.ur.limits import ACCELERATION, REDUCED_SHARE, SPEED
+from app.virtual.ur.controller import standing_after
+from app.virtual.ur.faults import LINKS
 from tests.virtual_ur import (
     CLOCK,
     HOME,

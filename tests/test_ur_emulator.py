@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.errors import ConfigError
-from app.robot.ur.emulator.controller import HALT, REDUCED_SPEED, Controller, standing_after
-from app.robot.ur.emulator.dashboard import answer
-from app.robot.ur.emulator.faults import Fault, parse_fault
-from app.robot.ur.emulator.rtde import RtdeClient
 from app.robot.ur.wire import Kind, Packet, WireError, pack
+from app.virtual.ur.controller import HALT, REDUCED_SPEED, Controller, standing_after
+from app.virtual.ur.dashboard import answer
+from app.virtual.ur.faults import Fault, parse_fault
+from app.virtual.ur.rtde import RtdeClient
 from tests.virtual_ur import HOME
 
 SCRIPT = "def rtde_control():\nend\n"

@@ -9,10 +9,10 @@ from app.actions import SetGoal, SetMode
 from app.messages import Mode
 from app.robot.ur import stream
 from app.robot.ur.driver import UrArm
-from app.robot.ur.emulator.controller import standing_after
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
+from app.virtual.ur.controller import standing_after
 from app.wiring import assemble
 from app.world.world import World
 from tests.virtual_ur import VirtualUr

@@ -6,9 +6,9 @@ import pytest
 pytest.importorskip("rtde_control", reason="ur-rtde has no wheel for this machine")
 
 from app.robot.ur.driver import UrArm
-from app.robot.ur.emulator.controller import standing_after
 from app.robot.ur.limits import SPEED
 from app.timing import WallClock
+from app.virtual.ur.controller import standing_after
 from tests.virtual_ur import VirtualUr
 
 pytestmark = pytest.mark.slow

@@ -10,13 +10,13 @@ import pytest
 
 from app.errors import RobotError
 from app.robot.ur import link, stream
-from app.robot.ur.emulator import rtde
-from app.robot.ur.emulator.controller import Controller
-from app.robot.ur.emulator.faults import LINKS
-from app.robot.ur.emulator.rtde import RtdeClient
 from app.robot.ur.link import RTDE, Link
 from app.robot.ur.stream import Stream
 from app.robot.ur.wire import Kind, pack, split
+from app.virtual.ur import rtde
+from app.virtual.ur.controller import Controller
+from app.virtual.ur.faults import LINKS
+from app.virtual.ur.rtde import RtdeClient
 from tests.virtual_ur import CLOCK, HOME, LONGEST, VirtualUr, own_address
 
 

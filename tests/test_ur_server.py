@@ -12,10 +12,10 @@ from app.cli import main
 from app.errors import RobotError, ServerError
 from app.robot.ur import link as ur_link
 from app.robot.ur.dashboard import dashboard
-from app.robot.ur.emulator.controller import Controller
-from app.robot.ur.emulator.server import DASHBOARD, RTDE, SCRIPT, Emulator
 from app.robot.ur.link import Link
 from app.robot.ur.wire import Kind, WireError, pack, split, unpack_values
+from app.virtual.ur.controller import Controller
+from app.virtual.ur.server import DASHBOARD, RTDE, SCRIPT, Emulator
 from tests.virtual_ur import HOME, own_address
 
 

@@ -7,10 +7,10 @@ import os
 
 import numpy as np
 
-from app.robot.ur.emulator.controller import Controller
-from app.robot.ur.emulator.faults import parse_fault
-from app.robot.ur.emulator.server import Emulator
 from app.timing import WallClock
+from app.virtual.ur.controller import Controller
+from app.virtual.ur.faults import parse_fault
+from app.virtual.ur.server import Emulator
 
 HOME = np.radians([0.0, -100.0, 110.0, -100.0, -90.0, 0.0])
 ONE = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])

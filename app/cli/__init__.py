@@ -1,8 +1,13 @@
-"""The front door: one file a command. Wires rooms, decides nothing."""
+"""The front door: one file a command. Wires rooms, decides nothing.
+
+What a command needs is imported when it is called: `--help` must not wait for compilers, meshes
+and the page.
+"""
 
 import logging
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import tyro
 
@@ -17,26 +22,30 @@ from app.cli.skin import CalibrateFilter, SkinCommand
 from app.cli.ur import Ur
 from app.errors import FlinchError
 
-__all__ = ["Run", "main"]
+__all__ = ["COMMANDS", "Run", "main"]
+
+COMMANDS: dict[str, Callable[..., Any]] = {
+    "run": Run,
+    "bench": Bench,
+    "doctor": Doctor,
+    "calibrate-filter": CalibrateFilter,
+    "calibrate-ranges": CalibrateRanges,
+    "skin": SkinCommand,
+    "experiment": Experiment,
+    "ur": Ur,
+    "new-robot": NewRobot,
+    "kernels": Kernels,
+}
 
 
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
     app = tyro.extras.SubcommandApp()
-    app.command(name="run")(Run)
-    app.command(name="bench")(Bench)
-    app.command(name="doctor")(Doctor)
-    app.command(name="calibrate-filter")(CalibrateFilter)
-    app.command(name="calibrate-ranges")(CalibrateRanges)
-    app.command(name="skin")(SkinCommand)
-    app.command(name="experiment")(Experiment)
-    app.command(name="ur")(Ur)
-    app.command(name="new-robot")(NewRobot)
-    app.command(name="kernels")(Kernels)
+    for name, command in COMMANDS.items():
+        app.command(name=name)(command)
     try:
-        command = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
-        command()
+        app.cli(args=args, prog="flinch", description="A robot arm that gives way.")()
     except FlinchError as error:
         print(f"flinch: {error}", file=sys.stderr)
         return 1

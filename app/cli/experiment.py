@@ -41,7 +41,7 @@ class Experiment:
         if self.plot is not None:
             if self.what != "tradeoff":
                 raise ConfigError("plot is for tradeoff only; leave it out with worlds")
-            from app.studies.plot import check_plot
+            from app.plot import check_plot
 
             check_plot(self.plot)
 
@@ -58,7 +58,7 @@ class Experiment:
                 seeds=self.seeds,
             )  # fmt: skip
             if self.plot is not None:
-                from app.studies.plot import plot_tradeoff
+                from app.plot import plot_tradeoff
 
                 plot_tradeoff(report.rows, self.plot)
         print(report.to_json() if self.json else report.to_text())

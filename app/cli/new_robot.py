@@ -28,7 +28,7 @@ class NewRobot:
         for r in rings:
             at = ", ".join(f"{c:.3f}" for c in r.centre)
             print(
-                f"  {r.count} sensors round {r.link} at ({at}) m, lenses at {1e3 * r.radius:.0f} mm"
+                f"  {r.sensors} sensors round {r.link} at ({at}) m, lenses at {1e3 * r.radius:.0f} mm"
             )
         print(f"Next: flinch doctor --robot {out}, then edit {out}/robot.toml and its layout,")
         print(f"{out}/skin/rings.toml, and flinch run --robot {out}")

@@ -7,7 +7,7 @@ import threading
 import webbrowser
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tyro
 
@@ -18,7 +18,9 @@ from app.config import Params, load_params, tunables
 from app.errors import ConfigError
 from app.timing import WallClock
 from app.ui.entrance import Entrance, checked_origin, operator_token
-from app.wiring import SIMULATED, Setup, build_engine
+
+if TYPE_CHECKING:  # the parts of an engine take a second to load; --help need not wait for it
+    from app.wiring import Setup
 
 DEFAULT_PORT = 8080
 
@@ -100,6 +102,8 @@ class Run(WhichRobot):
             raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
 
     def __call__(self) -> None:
+        from app.wiring import SIMULATED
+
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
@@ -132,9 +136,10 @@ class Run(WhichRobot):
         return Entrance(self.host, self.port, token, origins)
 
 
-def _serve(setup: Setup, params: Params, entrance: Entrance, open_browser: bool) -> None:
+def _serve(setup: "Setup", params: Params, entrance: Entrance, open_browser: bool) -> None:
     """Engine and page until the process is asked to end."""
     from app.ui.page import Page
+    from app.wiring import build_engine
 
     quit_asked = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):

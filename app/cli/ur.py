@@ -8,11 +8,6 @@ from typing import Literal
 import tyro
 
 from app.errors import ConfigError
-from app.robot.model import find_robot, load_robot
-from app.robot.tables import Choice
-from app.robot.ur.emulator.controller import Controller
-from app.robot.ur.emulator.faults import parse_fault
-from app.robot.ur.emulator.server import Emulator
 
 
 @dataclass(frozen=True)
@@ -37,6 +32,12 @@ class Ur:
             raise ConfigError(f"home-deg has {len(self.home_deg)} values; a UR has six joints")
 
     def __call__(self) -> None:
+        from app.robot.model import find_robot, load_robot
+        from app.robot.tables import Choice
+        from app.virtual.ur.controller import Controller
+        from app.virtual.ur.faults import parse_fault
+        from app.virtual.ur.server import Emulator
+
         faults = [parse_fault(text) for text in self.faults]
         choice = Choice(home_deg=self.home_deg)
         home = load_robot(find_robot("ur10e"), choice).home

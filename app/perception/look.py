@@ -140,28 +140,3 @@ def measure_rows(
             out.row[link] = -1
         look(points, T_base_link[link], link, np.inf, links.forest, out, link, link + 1)
     return closest(out, links.moves)
-
-
-@compiled
-def held_of_links(
-    points: Array,
-    use: NDArray[np.bool_],
-    T_base_link: Array,
-    nearest: Found,
-    links: Links,
-    out: Found,
-) -> int:
-    """Write the pairs that `row` (B,) names, each link's `nearest` in front; returns the closest.
-
-    What is not there or in use any more, or is the nearest itself, is erased.
-    """
-    k = len(out.row) // len(links.moves)
-    for link in range(len(links.moves)):
-        first, last = link * k + 1, link * k + k
-        copy(nearest, link, out, first - 1)
-        for b in range(first, last):
-            row = out.row[b]
-            if not 0 <= row < len(points) or not use[row] or row == nearest.row[link]:
-                out.row[b] = -1
-        look(points, T_base_link[link], link, np.inf, links.forest, out, first, last)
-    return closest(out, links.moves)

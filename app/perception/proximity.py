@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from app.messages import Array, Cloud, Pairs, Verdict, freeze
 from app.perception.field import surveyed
-from app.perception.look import Found, Links, held_of_links, measure_rows
+from app.perception.look import Found, Links, measure_rows
 from app.perception.search import nearest_of_links, nearest_of_origins
 from app.perception.spread import several_of_links
 from app.robot.model import Robot
@@ -18,7 +18,7 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 PAIRS = 4  # rows a link of `several`
-RENEW = 0.007  # [s] between two choices of them: every second tick at 250 Hz
+RENEW = 0.008  # [s] between two choices of a link's: every second tick at 250 Hz
 
 
 class BodyPairs:
@@ -57,24 +57,19 @@ class BodyPairs:
         return _pairs(self._link, out, closest)
 
     def several(
-        self, points: Array, use: NDArray[np.bool_], posture: Posture, nearest: Pairs, reach: float
-    ) -> Pairs:
-        """Up to four well-separated pairs of every link, row 4 * link + i from near to far.
-
-        nearest: what `search` answered for the same points.   reach: [m], farther pairs are
-        left out, but for the nearest of each link.
-        """
-        out, T = _room(len(self._links)), posture.T_base_link
-        closest = several_of_links(points, use, T, _found(nearest), reach, self._known, out)
-        return _pairs(self._links, out, closest)
-
-    def held(
         self, points: Array, use: NDArray[np.bool_], posture: Posture, nearest: Pairs,
-        slot: NDArray[np.intp],
+        reach: float, slot: NDArray[np.intp] | None = None, due: NDArray[np.bool_] | None = None,
     ) -> Pairs:  # fmt: skip
-        """The pairs of an earlier `several`, whose `slot` (4 L,) it was, as they are now."""
+        """Up to four well-separated pairs of every link, row 4 * link + i.
+
+        nearest: what `search` answered for the same points.   due: (L,) bool, whose rows are
+        chosen, from near to far; all by default.   reach: [m], farther ones are not, but for
+        the nearest of each link.   slot: (4 L,) of an earlier answer: the others' rows are
+        those pairs as they are now.
+        """
         out, T = _room(len(self._links), slot), posture.T_base_link
-        closest = held_of_links(points, use, T, _found(nearest), self._known, out)
+        due = np.ones(len(self._link), dtype=bool) if due is None else due
+        closest = several_of_links(points, use, T, _found(nearest), due, reach, self._known, out)
         return _pairs(self._links, out, closest)
 
 
@@ -82,7 +77,8 @@ class ManyPairs:
     """Several pairs a link, chosen anew every `RENEW` seconds and measured anew in each tick.
 
     The closest pair of each link is always the present one; the choice beside it costs as much
-    as the rest of a tick, and frames do not come faster.
+    as the rest of a tick, and frames do not come faster. The links take turns, so that no tick
+    pays for all.
     """
 
     def __init__(self, body: BodyPairs) -> None:
@@ -92,18 +88,27 @@ class ManyPairs:
     def reset(self) -> None:
         """Choose anew at the next tick."""
         self._slot: NDArray[np.intp] | None = None
-        self._chosen = -np.inf  # [s]
+        self._chosen = np.full(len(self._body.moves), -np.inf)  # [s] of each link's rows
+        self._last = -np.inf  # [s]
 
     def update(
         self, closest: Pairs, points: Array, use: np.ndarray, posture: Posture, reach: float,
         now: float,
     ) -> Pairs:  # fmt: skip
         """closest: what `search` answered for the same points, at `now` [s]."""
-        if self._slot is not None and 0.0 <= now - self._chosen < RENEW:
-            return self._body.held(points, use, posture, closest, self._slot)
-        pairs = self._body.several(points, use, posture, closest, reach)
-        self._slot, self._chosen = pairs.slot, now
+        due = self._due(now)
+        pairs = self._body.several(points, use, posture, closest, reach, self._slot, due)
+        self._slot, self._last, self._chosen[due] = pairs.slot, now, now
         return pairs
+
+    def _due(self, now: float) -> NDArray[np.bool_]:
+        """(L,) bool: the links whose choice is the oldest, as many as have their turn now."""
+        links, passed = len(self._chosen), (now - self._last) / RENEW
+        due = np.ones(links, dtype=bool)
+        if 0.0 <= passed < 1.0:
+            turns = int(np.ceil(links * passed - 1e-6))  # 4 ms are half of 8
+            due[np.argsort(self._chosen, kind="stable")[turns:]] = False
+        return due
 
 
 class SteadyPairs:

@@ -39,28 +39,53 @@ def several_of_links(
     use: NDArray[np.bool_],
     T_base_link: Array,
     nearest: Found,
+    due: NDArray[np.bool_],
     reach: float,
     links: Links,
     out: Found,
 ) -> int:
-    """Write up to k pairs of every link, each link's `nearest` first, then from near to far.
+    """Write up to k pairs of every link, each link's `nearest` first.
 
-    points: (n, 3) base frame.   reach: [m], farther pairs are left out, but for the nearest.
-    out: L k rows. Returns the row of the closest pair of what moves, -1 if there is none.
+    points: (n, 3) base frame.   due: (L,) whose rows are chosen anew, from near to far and
+    within `reach` [m], where the nearest need not be; the others' are the pairs that `row` of
+    `out` (L k) names, as they are now.
+    Returns the row of the closest pair of what moves, -1 if there is none.
     """
-    who, k = gather(points, use), len(out.row) // len(links.moves)
-    voxels, square, pool = _voxels(who), np.empty(len(who.row)), room(LOOKS)
-    for link in range(len(links.moves)):
-        first, T = nearest.row[link], T_base_link[link]
-        n = 0
-        if first >= 0:
-            box_squares(who, T, link, links.forest, square)
-            _thin(who, square, first, reach, voxels)
-            copy(nearest, link, pool, 0)
-            n = _pick(who, voxels, first, pool)
-            look(points, T, link, reach, links.forest, pool, 1, n)
-        _choose(pool, n, out, link * k, link * k + k)
+    k = len(out.row) // len(links.moves)
+    if due.any():
+        who = gather(points, use)
+        voxels, square, pool = _voxels(who), np.empty(len(who.row)), room(LOOKS)
+        for link in np.flatnonzero(due):
+            first, T, n = nearest.row[link], T_base_link[link], 0
+            if first >= 0:
+                box_squares(who, T, link, links.forest, square)
+                _thin(who, square, first, reach, voxels)
+                copy(nearest, link, pool, 0)
+                n = _pick(who, voxels, first, pool)
+                look(points, T, link, reach, links.forest, pool, 1, n)
+            _choose(pool, n, out, link * k, link * k + k)
+    for link in np.flatnonzero(~due):
+        _hold(points, use, T_base_link[link], link, nearest, links, out)
     return closest(out, links.moves)
+
+
+@compiled
+def _hold(
+    points: Array, use: NDArray[np.bool_], T: Array, link: int, nearest: Found, links: Links,
+    out: Found,
+) -> None:  # fmt: skip
+    """Measure a link's rows of `out` again, its `nearest` in front.
+
+    What is not there or in use any more, or is the nearest itself, is erased.
+    """
+    k = len(out.row) // len(links.moves)
+    first, last = link * k + 1, link * k + k
+    copy(nearest, link, out, first - 1)
+    for b in range(first, last):
+        row = out.row[b]
+        if not 0 <= row < len(points) or not use[row] or row == nearest.row[link]:
+            out.row[b] = -1
+    look(points, T, link, np.inf, links.forest, out, first, last)
 
 
 @compiled

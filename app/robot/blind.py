@@ -57,11 +57,12 @@ def blind_words(robot: Robot, skin: Skin) -> tuple[str, ...]:
     lines: dict[str, list[Blind]] = {}
     for blind in blind_sensors(robot, skin):
         lines.setdefault(blind.link, []).append(blind)
-    where = robot.layout.name if robot.layout else "the layout"
-    return tuple(_words(link, blind, where) for link, blind in lines.items())
+    return tuple(blind_words_of(blind, robot) for blind in lines.values())
 
 
-def _words(link: str, blind: Sequence[Blind], where: str) -> str:
+def blind_words_of(blind: Sequence[Blind], robot: Robot) -> str:
+    """One line for sensors that look into the same body."""
+    link, where = blind[0].link, robot.layout.name if robot.layout else "the layout"
     names, ahead = ", ".join(b.sensor for b in blind), max(b.ahead for b in blind)
     look, see, them = ("looks", "sees", "it") if len(blind) == 1 else ("look", "see", "them")
     place = f"{1e3 * ahead:.0f} mm ahead" if ahead > 0.0 else "in which the lens is"

@@ -57,7 +57,7 @@ def cover(shape: CoverShape, detail: Detail) -> list[Part]:
     profile += [(-w, r) for w, r in reversed(profile)]
     inner = 1e3 * shape.inner
     body = lathe(profile, detail) - lathe([(-foot - 1, inner), (foot + 1, inner)], detail)
-    turns = [(0, 0, 360 * k / shape.count) for k in range(shape.count)]
+    turns = [(0, 0, 360 * k / shape.windows) for k in range(shape.windows)]
     for turn in turns:
         body -= _window(shape).rotate(turn)
     parts = [Part("print", body)]

@@ -39,7 +39,7 @@ class CoverShape(NamedTuple):
     """One cover, all that its shape follows from: lengths in metres, link frame.
 
     centre, axis, start: of the ring, unit vectors; the first sensor is along `start`.
-    lens:  radius of the circle on which the lenses are.   count: sensors, evenly spaced.
+    lens:  radius of the circle on which the lenses are.   windows: one a sensor, evenly spaced.
     tilt:  [deg] of the sensors towards the axis' direction.
     inner: radius of the bore.   The rest is as in `CoverTable`.
     """
@@ -48,7 +48,7 @@ class CoverShape(NamedTuple):
     axis: Point
     start: Point
     lens: float
-    count: int
+    windows: int
     tilt: float
     inner: float
     foot_radius: float
@@ -128,7 +128,7 @@ def _shape(ring: RingTable, c: CoverTable, where: str, body_of: BodyOf | None) -
         axis=_point(ring.axis, axis),
         start=_point(ring.start, start),
         lens=ring.radius_m,
-        count=ring.count,
+        windows=ring.count,
         tilt=ring.tilt_deg,
         inner=inner,
         foot_radius=c.foot_radius_m or inner + SLOPE,

@@ -28,10 +28,10 @@ LOW = 0.1  # [m] above the plane that the base stands on
 
 
 class Wish(NamedTuple):
-    """`count` sensors round a link."""
+    """`sensors` of them round a link."""
 
     link: str
-    count: int
+    sensors: int
 
 
 def parse_wish(text: str) -> Wish:
@@ -77,7 +77,7 @@ def write_draft(urdf: Path, wishes: Sequence[Wish], out: Path) -> tuple[Robot, l
 
 def _rings(link: str, wishes: Sequence[Wish], robot: Robot) -> list[Ring]:
     """The rings of one link, evenly along its round stretch; every second one turned by half."""
-    counts = [w.count for w in wishes if w.link == link]
+    counts = [w.sensors for w in wishes if w.link == link]
     stretch = _stretch(link, robot)
     out = []
     for i, count in enumerate(counts):

@@ -70,7 +70,7 @@ class Ring(NamedTuple):
     axis: Array
     start: Array
     radius: float
-    count: int
+    sensors: int
 
 
 def robot_text(robot: Robot, urdf: str, home: Array) -> str:
@@ -86,13 +86,13 @@ def robot_text(robot: Robot, urdf: str, home: Array) -> str:
 
 def layout_text(rings: Sequence[Ring], lens: float) -> str:
     """The layout with these rings, whose lenses are `lens` [m] above their links."""
-    title = ", ".join(f"{r.count} round {r.link}" for r in rings)
+    title = ", ".join(f"{r.sensors} round {r.link}" for r in rings)
     text = LAYOUT.format(title=quoted(title))
     for r in rings:
         text += RING.format(
             name=quoted(r.name), first=f"{r.name}-01", link=quoted(r.link),
             centre=numbers(r.centre, 4), axis=numbers(r.axis, 6), start=numbers(r.start, 6),
-            radius=r.radius, bare=r.radius - lens, count=r.count,
+            radius=r.radius, bare=r.radius - lens, count=r.sensors,
         )  # fmt: skip
     return text + SINGLE.format(link=quoted(rings[-1].link))
 

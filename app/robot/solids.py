@@ -134,7 +134,7 @@ def write_visual(parts: Sequence[Part], path: Path, materials: Materials) -> int
             process=False,
         )
         scene.add_geometry(mesh, node_name=name, geom_name=name)
-    data: bytes = scene.export(file_type="glb", include_normals=True)
+    data: Any = scene.export(file_type="glb", include_normals=True)
     path.write_bytes(data)
     return len(data)
 

@@ -1,1 +1,1 @@
-"""What we learn: true distances, headless runs, benchmarks and their reports."""
+"""What we learn by running the arm without its page: one run, a trade-off, random worlds."""

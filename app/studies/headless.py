@@ -8,11 +8,11 @@ import numpy as np
 
 from app.config import Params
 from app.control.goals import goal_error
+from app.judge.truth import TrueDistance
 from app.messages import Mode, Snapshot
 from app.plant.simulated import SimulatedPlant
+from app.report import Check, Report
 from app.runtime import Engine
-from app.studies.report import Check, Report
-from app.studies.truth import TrueDistance
 from app.wiring import Setup, build_engine, clock_for
 from app.world.world import World
 
@@ -37,6 +37,7 @@ class Record:
     reasons: Counter[str] = field(default_factory=Counter)  # ticks with each mode's reason
     advice: Counter[str] = field(default_factory=Counter)  # ticks with each advice
     stops: list[dict[str, object]] = field(default_factory=list)
+    warnings: tuple[str, ...] = ()  # what a person should know before it starts
     overspeed: float = -np.inf  # [rad/s] largest excess over a velocity limit
     overreach: float = -np.inf  # [rad] largest excess over a position limit
 
@@ -102,7 +103,7 @@ def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Rec
     clock = clock_for(setup)
     engine = build_engine(setup, clock, params)
     judge, ticks = Judge(engine), engine.subscribe(1)
-    judge.record.began = clock.now()
+    judge.record.began, judge.record.warnings = clock.now(), engine.warnings
     end = judge.record.began + seconds
     try:
         while True:
@@ -137,6 +138,7 @@ def summary(setup: Setup, seconds: float, params: Params | None = None) -> Repor
         "reasons": dict(record.reasons),
         "advice": dict(record.advice),
         "stops": record.stops,
+        "warnings": list(record.warnings),
     }
     checks = [
         Check("excess over a joint velocity limit", record.overspeed, "rad/s", 0.0),

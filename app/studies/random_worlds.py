@@ -18,17 +18,17 @@ import numpy as np
 
 from app.actions import SetGoal
 from app.config import ControlMode, Params
+from app.judge.least import LeastDistance
+from app.judge.truth import TrueDistance
 from app.messages import Array, Goal, Mode, Snapshot, freeze
+from app.report import Check, Report
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, load_skin
 from app.sensing.simulated import SimulatedSkin
 from app.studies.free_direction import free_direction
 from app.studies.headless import JUDGED_EVERY
-from app.studies.least import LeastDistance
-from app.studies.report import Check, Report
 from app.studies.trial_log import Trial, TrialLog
-from app.studies.truth import TrueDistance
 from app.timing import ManualClock
 from app.wiring import assemble
 from app.world.motion import make_motion

@@ -15,8 +15,8 @@ import numpy as np
 from app.config import ControlMode, Params
 from app.control.goals import goal_error
 from app.messages import Array
+from app.report import Check, Report
 from app.studies.headless import Judge
-from app.studies.report import Check, Report
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 

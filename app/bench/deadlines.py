@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from app.report import Check, Report
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, build_skin, load_skin
@@ -21,9 +22,8 @@ from app.runtime import Engine
 from app.sensing.open_ports import open_skin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
-from app.studies.board import speaking_board
-from app.studies.report import Check, Report
 from app.timing import Ticker, WallClock
+from app.virtual.skin.board import speaking_board
 from app.wiring import PICTURE, assemble
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World

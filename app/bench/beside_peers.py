@@ -14,19 +14,19 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from app.bench.beside_elsewhere import beside_open3d, beside_roboplan
+from app.bench.clouds import centre_rays, outside, unlike
+from app.bench.peers import geometry
+from app.bench.perception import make_scene, timed, with_bodies, with_visuals
 from app.config import Params
+from app.judge.reference import nearest_of, triangles_of
 from app.messages import Array
 from app.perception.proximity import BodyPairs
 from app.perception.self_filter import SelfFilter
+from app.report import Check, Report
 from app.robot.meshes import BodyMesh
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Skin, load_skin
-from app.studies import peers
-from app.studies.bench_elsewhere import beside_open3d, beside_roboplan
-from app.studies.bench_perception import make_scene, timed, with_bodies, with_visuals
-from app.studies.clouds import centre_rays, outside, unlike
-from app.studies.reference import nearest_of, triangles_of
-from app.studies.report import Check, Report
 
 ONE = Params(footprint=False)
 CLOUDS = (100, 500, 1920)
@@ -78,7 +78,7 @@ def _filters(
     truth = [judge.judge(everyone, depth, posture, ONE).gap + depth for posture, depth in scene]
     rows: list[dict[str, Any]] = []
     checks = []
-    for peer, module, make, repeats in peers.RAYS:
+    for peer, module, make, repeats in geometry.RAYS:
         label = f"B1 {name} meshes, {faces} faces: {peer}"
         if not _installed(module):
             rows.append({"name": label, "note": f"{module} is not installed"})
@@ -121,7 +121,7 @@ def _pairs(robot: Robot, seed: int) -> tuple[list[dict[str, Any]], list[Check]]:
         def ours(_: int, points: Array = points, use: Any = use) -> None:
             body.search(points, use, posture)
 
-        for peer, module, make, most in peers.DISTANCES:
+        for peer, module, make, most in geometry.DISTANCES:
             label = f"B2 {n} points: {peer}"
             if not _installed(module) or n > most:
                 why = f"{module} is not installed" if n <= most else "left out, too slow"

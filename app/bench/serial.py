@@ -21,19 +21,19 @@ from app.actions import SetMode
 from app.errors import SensorError
 from app.messages import SLOTS, Mode, SensorFrame
 from app.rehearsal import rehearse
+from app.report import Check, Report
 from app.robot.arm import SimulatedArm
 from app.robot.posture import Posture
 from app.runtime import Engine
 from app.sensing.port import Port
 from app.sensing.port_spec import PortSpec
-from app.sensing.pty_port import PtyPort
 from app.sensing.schedule import RATE
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.stream import Arrival
 from app.sensing.wire import binary
 from app.sensing.wire.raw import VALID, RawFrame
-from app.studies.report import Check, Report
 from app.timing import WallClock
+from app.virtual.skin.pty_port import PtyPort
 from app.wiring import Setup, assemble, build_robot, choose_skin
 
 READER_LIMIT = 0.05  # of a core

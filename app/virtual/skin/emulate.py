@@ -4,6 +4,7 @@ scene or recording ─► frames ─► faults of boards ─► bytes ─► fau
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -16,14 +17,15 @@ from app.messages import SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.port_spec import named_sensors
-from app.sensing.pty_port import PtyPort
 from app.sensing.replay import Recording, Replay, read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire.detect import format_of
-from app.sensing.wire.faults import Disturbed, parse_faults
 from app.sensing.wire.raw import NO_TARGET, RawFrame
 from app.timing import Clock
+from app.virtual.skin.faults import Disturbed, parse_faults
+from app.virtual.skin.pty_port import PtyPort
+from app.virtual.skin.wearer import Wearer, wearer
 from app.wiring import Setup, build_robot, choose_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
@@ -39,7 +41,8 @@ class Frames(Protocol):
 
 @dataclass(frozen=True)
 class Emulation:
-    """What to emulate; `only` is a sensor or a ring, `replay` a recording instead of a scene."""
+    """What to emulate; `only` is a sensor or a ring, `replay` a recording instead of a scene, and
+    `follow` the arm that the skin is mounted on."""
 
     link: Path
     format: str = "binary"
@@ -47,8 +50,11 @@ class Emulation:
     faults: str = ""
     only: str = ""
     seconds: float = 0.0  # 0: until it is asked to end
+    follow: str = ""  # ur:HOST; empty: an arm that stands still
 
     def __post_init__(self) -> None:
+        if self.replay and self.follow:
+            raise SensorError("a recording saw what it saw; leave --replay or --follow out")
         if not 0.0 <= self.seconds < 1e9:
             raise SensorError(f"seconds = {self.seconds:g}; give a positive number, or 0 for ever")
 
@@ -71,18 +77,19 @@ def emulate(
     if not style.named:
         sensors = sensors[:1]  # such a format has room for one sensor
     faults = parse_faults(what.faults, partial(named_sensors, skin=skin))
+    scene = load_scene(find_scene(setup.scene), setup.seed)
+    home = robot.home if scene.home is None or scene.robot != robot.name else scene.home
+    arm = wearer(what.follow, robot, home)
     frames: Frames
     if what.replay:
         at_home = robot.posture(robot.home)
         frames = Recorded(read_recording(Path(what.replay)), skin, sensors, at_home)
     else:
-        scene = load_scene(find_scene(setup.scene), setup.seed)
-        home = robot.home if scene.home is None or scene.robot != robot.name else scene.home
         world = World(scene.bodies)
         eye = SimulatedSkin(robot, skin, world, setup.seed, latency=0.0)
         eye.muted = set(range(skin.count)) - set(sensors)
-        frames = Simulated(eye, world, robot.posture(home))
-    with PtyPort(what.link) as port:
+        frames = Simulated(eye, world, arm)
+    with closing(arm), PtyPort(what.link) as port:
         names = skin.sensors[sensors[0]].name
         if len(sensors) > 1:
             names += f" to {skin.sensors[sensors[-1]].name}"
@@ -129,10 +136,10 @@ def raw_of(frame: SensorFrame, resolution: int, t_us: int) -> RawFrame:
 
 
 class Simulated:
-    """Frames of a scene, seen by a skin on an arm that stands still."""
+    """Frames of a scene, seen by a skin on an arm."""
 
-    def __init__(self, eye: SimulatedSkin, world: World, posture: Posture) -> None:
-        self._eye, self._world, self._posture = eye, world, posture
+    def __init__(self, eye: SimulatedSkin, world: World, arm: Wearer) -> None:
+        self._eye, self._world, self._arm = eye, world, arm
         self._begin: float | None = None
 
     def poll(self, now: float) -> Sequence[SensorFrame]:
@@ -140,7 +147,7 @@ class Simulated:
         if self._begin is None:
             self._begin = now
         self._world.step(now - self._begin)
-        return self._eye.poll(now, self._posture)
+        return self._eye.poll(now, self._arm.posture(now))
 
 
 class Recorded:

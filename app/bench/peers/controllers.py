@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
+from app.bench.peers.mink import mink_step
+from app.bench.peers.neo import neo
+from app.bench.peers.roboplan import roboplan_step
 from app.config import Params
 from app.robot.model import Robot
-from app.studies.peer_mink import mink_step
-from app.studies.peer_neo import neo
-from app.studies.peer_roboplan import roboplan_step
 
 Step = Callable[[Any], bool]  # was there an answer?
 DT = 0.004

@@ -5,16 +5,17 @@ from typing import Any
 
 import numpy as np
 
+from app.checks.skin import TRUSTED
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
-from app.robot.model import Robot, find_robot, load_robot
+from app.report import Report
+from app.robot.model import Robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
-from app.robot.skin import Skin, load_skin, zone_directions
+from app.robot.skin import Skin, zone_directions
 from app.sensing.replay import read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Report
-from app.studies.skin_check import TRUSTED
+from app.wiring import Setup, build_robot, choose_skin
 from app.world.world import World
 
 FRAMES = 150  # of a simulated wall: ten seconds
@@ -22,19 +23,15 @@ DISTANCES = (0.05, 0.1, 0.2, 0.6)  # [m] of the simulated walls
 SQUARE = 2.0  # [degrees] a wall may be turned
 
 
-def calibrate_ranges(
-    robot_name: str, recording: str, distance: float, file: Path, seed: int = 0
-) -> Report:
+def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) -> Report:
     """Add walls to the table in `file`: one recorded, PATH[@SENSOR] at `distance` [m], or, with
-    'simulated', those of all sensors of the simulation with this seed.
+    'simulated', those of all sensors of the simulation with the setup's seed.
     """
-    robot = load_robot(find_robot(robot_name))
-    if robot.skin is None:
-        raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot = build_robot(setup)
+    skin = choose_skin(setup, robot)
     table = load_ranges(file, skin.count) if file.exists() else None
     if recording == "simulated":
-        walls = simulated_walls(robot, skin, seed)
+        walls = simulated_walls(robot, skin, setup.seed)
     else:
         if not distance > 0.0:
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
@@ -48,7 +45,7 @@ def calibrate_ranges(
         table = with_wall(table, skin.count, k, d, wall_offset(depth, d))
     assert table is not None
     save_ranges(file, table)
-    return Report("calibrate-ranges", seed, rows)
+    return Report("calibrate-ranges", setup.seed, rows)
 
 
 def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, float, Array]]:

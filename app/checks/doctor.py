@@ -10,15 +10,16 @@ from dataclasses import dataclass
 import numpy as np
 import trimesh
 
+from app.judge.truth import distance_between, surface
 from app.messages import Array, Cloud, Verdict
 from app.perception.proximity import BodyPairs
+from app.report import Check, Report
+from app.robot.blind import blind_sensors, blind_words_of
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Check, Report
-from app.studies.truth import distance_between, surface
 from app.world.world import World
 
 FACES, ALL_FACES = 3000, 20_000  # of a body mesh, and of all: closest pairs within their time
@@ -183,6 +184,7 @@ def _sensors(c: Checkup) -> Iterator[Finding]:
     if c.skin is None:
         return
     pairs = BodyPairs(c.robot)
+    blind = {b.sensor: b for b in blind_sensors(c.robot, c.skin)}
     eye = SimulatedSkin(c.robot, c.skin, World(()), 0, ErrorModel(ideal=True))
     for k, sensor in enumerate(c.skin.sensors):
         T = c.posture.T_base_link[c.skin.link[k]]
@@ -199,6 +201,12 @@ def _sensors(c: Checkup) -> Iterator[Finding]:
             Check("zones that see what they ride on", float(blocked), "", 0.0),
             sensor.name,
             "raise or tilt the sensor, or widen its window: these zones see nothing else",
+        )
+        remedy = blind_words_of([blind[sensor.name]], c.robot) if sensor.name in blind else ""
+        yield Finding(
+            Check("looks into what it rides on", float(sensor.name in blind), "", 0.0),
+            sensor.name,
+            remedy,
         )
 
 

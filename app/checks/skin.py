@@ -12,16 +12,16 @@ from typing import Any
 
 import numpy as np
 
+from app.checks.listen import TRUSTED, listen
 from app.errors import SensorError
 from app.messages import Array
-from app.robot.model import find_robot, load_robot
-from app.robot.skin import FIELD_OF_VIEW, Sensor, Skin, load_skin, range_noise, zone_directions
+from app.report import Check, Report
+from app.robot.skin import FIELD_OF_VIEW, Sensor, Skin, range_noise, zone_directions
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Check, Report
-from app.studies.skin_listen import TRUSTED, listen
 from app.timing import WallClock
+from app.wiring import Setup, build_robot, choose_skin
 from app.world.world import World
 
 SURE = 1.15  # times the other reading's residual makes a convention certain
@@ -29,19 +29,17 @@ FEWEST = 20  # zones of a wall, or frames of a hand
 LOOSE = 0.6  # share of the way that a hand's track must go along its axis
 
 
-def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: int = 0) -> Report:
+def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
-    robot = load_robot(find_robot(robot_name))
-    if robot.skin is None:
-        raise SensorError(f"{robot.name} names no skin of its own; give the robot one")
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot = build_robot(setup)
+    skin = choose_skin(setup, robot)
     port = recording.removeprefix("serial:")
     path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count
     if port != recording:
         k, depth = listen(port, robot, skin, what, WallClock(), _tell)
     elif recording.startswith("simulated"):
-        depth = simulate(robot, skin, k, what, seed)
+        depth = simulate(robot, skin, k, what, setup.seed)
     else:
         r = read_recording(Path(path))
         good = (r.targets > 0) & np.isin(r.status, TRUSTED)
@@ -50,7 +48,7 @@ def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: i
     row = wall(depth, sensor) if what == "wall" else hand(depth, sensor)
     ok = float(bool(row.pop("agrees")))
     check = Check("agrees with the layout", ok, "", 1.0, at_least=True)
-    return Report(f"skin check {what}", seed, [{"name": sensor.name} | row], [check])
+    return Report(f"skin check {what}", setup.seed, [{"name": sensor.name} | row], [check])
 
 
 def wall(depth: Array, sensor: Sensor) -> dict[str, Any]:

@@ -2,8 +2,6 @@
 
 import struct
 
-from app.robot.ur.emulator.controller import VERSION, Controller
-from app.robot.ur.emulator.variables import IN_USE, INPUTS, NOT_FOUND, OUTPUTS
 from app.robot.ur.wire import (
     Kind,
     Packet,
@@ -14,6 +12,8 @@ from app.robot.ur.wire import (
     pack_values,
     unpack_values,
 )
+from app.virtual.ur.controller import VERSION, Controller
+from app.virtual.ur.variables import IN_USE, INPUTS, NOT_FOUND, OUTPUTS
 
 PROTOCOL = 2
 RECIPES = 255

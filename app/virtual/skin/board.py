@@ -15,13 +15,13 @@ from tempfile import TemporaryDirectory
 from app.errors import SensorError
 from app.robot.model import find_robot, load_robot
 from app.robot.skin import load_skin
-from app.sensing.pty_port import PtyPort
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import binary
 from app.sensing.wire.raw import RawFrame
-from app.studies.emulate import raw_of
 from app.timing import WallClock
+from app.virtual.skin.emulate import raw_of
+from app.virtual.skin.pty_port import PtyPort
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from app.bench.peers.mink import bare_urdf
 from app.config import Params
 from app.robot.model import Robot
-from app.studies.peer_mink import bare_urdf
 
 DT, RADIUS = 0.004, 1e-3  # [s], [m]
 

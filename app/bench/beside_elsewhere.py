@@ -10,18 +10,18 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.bench import elsewhere
+from app.bench.clouds import centre_rays, outside, unlike
+from app.bench.peers.geometry import roboplan_filter
+from app.bench.perception import Scene, timed
 from app.config import Params
 from app.messages import SLOTS, Array, Verdict
 from app.perception.proximity import BodyPairs
 from app.perception.self_filter import SelfFilter
+from app.report import Check
 from app.robot.model import Robot
 from app.robot.skin import Skin, range_noise
 from app.sensing.simulated import SimulatedSkin
-from app.studies import elsewhere
-from app.studies.bench_perception import Scene, timed
-from app.studies.clouds import centre_rays, outside, unlike
-from app.studies.peers import roboplan_filter
-from app.studies.report import Check
 from app.world.world import World
 
 ONE, NINE, PADDING = Params(footprint=False), Params(), 0.03  # [m]

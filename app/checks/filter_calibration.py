@@ -1,24 +1,23 @@
 """`flinch calibrate-filter`: thresholds for the self filter from returns of the robot itself."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from app.checks.skin import TRUSTED
 from app.config import Params
 from app.errors import SensorError
 from app.messages import Array
 from app.perception.calibration import BINS, suggest
 from app.perception.self_filter import SelfFilter
-from app.robot.model import Robot, find_robot, load_robot
-from app.robot.ranges import complete, load_ranges
-from app.robot.skin import Skin, load_skin
+from app.report import Report
+from app.robot.model import Robot
+from app.robot.skin import Skin
 from app.sensing.replay import read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
-from app.studies.report import Report
-from app.studies.skin_check import TRUSTED
+from app.wiring import Setup, build_robot, choose_skin
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else
@@ -26,28 +25,17 @@ POSTURES = 100  # of a simulated calibration
 Samples = tuple[list[Array], list[Array], list[Array], list[Array]]  # link, gap, depth, edge
 
 
-def calibrate(
-    robot_name: str,
-    recording: str,
-    skin_file: str = "",
-    seed: int = 0,
-    ranges: Path | None = None,
-) -> Report:
+def calibrate(setup: Setup, recording: str) -> Report:
     """Thresholds of every link that the sensors see.
 
+    setup:     the robot, its skin, the seed, and the table of the zones' errors, taken off first.
     recording: 'simulated', or PATH[@SENSOR] of an arm at rest at home with nothing near.
-    ranges:    table of the zones' errors, taken off first.
     """
-    robot = load_robot(find_robot(robot_name))
-    file = skin_file or robot.skin
-    if not file:
-        raise SensorError(f"{robot.name} names no skin of its own; choose one with --skin")
-    skin = load_skin(Path(file) if skin_file else robot.folder / file, robot)
-    if ranges is not None:
-        skin = replace(skin, ranges=complete(load_ranges(ranges, skin.count)))
+    robot = build_robot(setup)
+    skin = choose_skin(setup, robot)
     params = Params()
     samples = (
-        _simulated(robot, skin, params, seed)
+        _simulated(robot, skin, params, setup.seed)
         if recording == "simulated"
         else _recorded(robot, skin, params, recording)
     )
@@ -75,7 +63,7 @@ def calibrate(
             values = ", ".join(f"{name} = {eps:.4f}" for name, eps in known.items())
             field = "eps_m" if key == "eps" else "eps_edge_m"
             rows.append({"name": "for robot.toml", "line": f"{field} = {{ {values} }}"})
-    return Report("calibrate-filter", seed, rows)
+    return Report("calibrate-filter", setup.seed, rows)
 
 
 def bars(histogram: Any) -> str:

@@ -5,13 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.config import Params
+from app.judge.reference import first_hit, nearest_of, triangles_of
 from app.messages import SLOTS, Array, Verdict
 from app.perception.proximity import BodyPairs
 from app.perception.self_filter import SelfFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import PULSE, PULSE_SHARE, Skin
-from app.studies.reference import first_hit, nearest_of, triangles_of
 
 BAND = 1e-4  # [m] around the threshold in which float32 rays may err
 

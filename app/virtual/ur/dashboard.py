@@ -1,6 +1,6 @@
 """The dashboard's answers: a pure function of the controller and a line."""
 
-from app.robot.ur.emulator.controller import MODEL, VERSION, Controller
+from app.virtual.ur.controller import MODEL, VERSION, Controller
 
 GREETING = "Connected: Universal Robots Dashboard Server"
 _MODES = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}

@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from app.bench.control_cases import DT, FAR, Case, make_cases, make_runs
+from app.bench.peers.controllers import peers
 from app.config import Params
 from app.control.avoidance import Avoidance
 from app.control.whole_body import WholeBody
 from app.messages import Array
+from app.report import Check, Report
 from app.robot.model import Robot, find_robot, load_robot
-from app.studies.control_cases import DT, FAR, Case, make_cases, make_runs
-from app.studies.peers_control import peers
-from app.studies.report import Check, Report
 
 WARM = 200
 MANY = (1, 10, 100)  # pairs for which others are measured beside

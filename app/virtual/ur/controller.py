@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from app.messages import Array
-from app.robot.ur.emulator.faults import Fault
-from app.robot.ur.emulator.joints import Joints
-from app.robot.ur.emulator.program import Program
-from app.robot.ur.emulator.variables import OUTPUTS
 from app.robot.ur.wire import Value
+from app.virtual.ur.faults import Fault
+from app.virtual.ur.joints import Joints
+from app.virtual.ur.program import Program
+from app.virtual.ur.variables import OUTPUTS
 
 PERIOD = 0.002  # [s] of the e-Series' control loop
 VERSION = (5, 15, 0, 126)

@@ -12,10 +12,10 @@ import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
+from app.bench.perception import Scene, timed
 from app.messages import Array
 from app.robot.meshes import BodyMesh
 from app.robot.model import Robot
-from app.studies.bench_perception import Scene, timed
 
 Bodies = Sequence[BodyMesh]
 Cast = Callable[[Array, Array, Array], Array]

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from app.judge.truth import TrueDistance
 from app.messages import Array, BodyPose
 from app.robot.model import Robot
-from app.studies.truth import TrueDistance
 from app.world.world import World
 
 ROUNDING = 1e-5  # [m] exact answers differ by less from the truth

@@ -14,9 +14,9 @@ import numpy as np
 from app.messages import SLOTS, SensorFrame
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
+from app.report import Check, Report
 from app.runtime import Engine
 from app.sensing.schedule import RATE
-from app.studies.report import Check, Report
 from app.timing import ManualClock, Ticker, WallClock
 from app.wiring import Setup, build_engine
 

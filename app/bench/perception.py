@@ -14,13 +14,17 @@ from typing import Any
 import numpy as np
 import trimesh
 
+from app.bench.confusion import confusion
+from app.bench.exactness import filter_disagreements, worst_distance
 from app.cell.parts import Cell
 from app.config import Params
 from app.messages import SLOTS, Array, SensorFrame
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
 from app.perception.self_filter import SelfFilter
+from app.plot import Line, check_plot, plot_lines
 from app.raycast import RigidMesh
+from app.report import Check, Report
 from app.robot.meshes import BodyMesh
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.posture import Posture
@@ -28,10 +32,6 @@ from app.robot.skin import Skin, build_skin, load_skin
 from app.robot.tables import Choice
 from app.sensing.error_model import VALID
 from app.sensing.simulated import SimulatedSkin
-from app.studies.confusion import confusion
-from app.studies.exactness import filter_disagreements, worst_distance
-from app.studies.plot import Line, check_plot, plot_lines
-from app.studies.report import Check, Report
 from app.world.world import World
 
 ONE, NINE = Params(footprint=False), Params()

@@ -12,11 +12,11 @@ from collections.abc import Callable, Coroutine
 from typing import Any, TypeVar
 
 from app.errors import ServerError
-from app.robot.ur.emulator.controller import PERIOD, Controller
-from app.robot.ur.emulator.dashboard import GREETING, answer
-from app.robot.ur.emulator.rtde import RtdeClient
 from app.robot.ur.wire import Kind, WireError, split
 from app.timing import WallClock
+from app.virtual.ur.controller import PERIOD, Controller
+from app.virtual.ur.dashboard import GREETING, answer
+from app.virtual.ur.rtde import RtdeClient
 
 log = logging.getLogger(__name__)
 T = TypeVar("T")

@@ -1,0 +1,1 @@
+"""A skin on a pseudo terminal: its frames, its faults and the port."""
