@@ -78,13 +78,13 @@ def kind_words(kind: msgspec.inspect.Type) -> str:
     return type(kind).__name__
 
 
-def default_words(field: msgspec.inspect.Field) -> str:
-    """A key's default, `-` where it must be given."""
+def default_words(field: msgspec.inspect.Field, told: str) -> str:
+    """A key's default, in bold where it must be given; empty where its text tells it."""
     if field.required:
-        return "-"
+        return "**needed**"
     value = field.default
     if value is None or value == ():
-        return "none"
+        return "" if "default:" in told else "none"
     if isinstance(value, bool):
         return str(value).lower()
     return str(list(value)) if isinstance(value, tuple) else f"{value}"
@@ -96,8 +96,8 @@ def keys(struct: type) -> str:
     lines = ["| key | value | default | meaning |", "|---|---|---|---|"]
     for field in msgspec.inspect.type_info(struct).fields:
         lines.append(
-            f"| `{field.encode_name}` | {kind_words(field.type)} | {default_words(field)} "
-            f"| {told[field.name]} |"
+            f"| `{field.encode_name}` | {kind_words(field.type)} "
+            f"| {default_words(field, told[field.name])} | {told[field.name]} |"
         )
     return "\n".join(lines) + "\n"
 
@@ -110,7 +110,7 @@ def renewed(text: str) -> str:
 
 # --- the drawing -----------------------------------------------------------------------------
 SCALE = 1900.0  # [px/m]
-WIDTH, HEIGHT = 700, 470
+WIDTH, HEIGHT = 700, 560
 VIEW = np.radians([-62.0, 28.0])  # azimuth and elevation of the eye
 INK, FAINT, MARK = "#22303c", "#9aa7b2", "#c0392b"
 
@@ -128,7 +128,7 @@ class Sheet:
 
     def at(self, p: Array) -> str:
         """Pixels of a point."""
-        x, y = SCALE * self._basis @ (p - self._middle) + [0.46 * WIDTH, 0.52 * HEIGHT]
+        x, y = SCALE * self._basis @ (p - self._middle) + [0.46 * WIDTH, 0.42 * HEIGHT]
         return f"{x:.1f},{y:.1f}"
 
     def line(self, points: Array, colour: str = INK, extra: str = "", fill: str = "none") -> None:
@@ -208,7 +208,7 @@ def drawing() -> str:
         ("thick edge: the upper edge of a sensor's image", INK),
     )
     for i, (line, colour) in enumerate(words):
-        sheet.items.append(f'<text x="14" y="{HEIGHT - 96 + 20 * i}" fill="{colour}">{line}</text>')
+        sheet.items.append(f'<text x="14" y="{HEIGHT - 94 + 20 * i}" fill="{colour}">{line}</text>')
     return sheet.svg()
 
 

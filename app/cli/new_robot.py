@@ -26,9 +26,7 @@ class NewRobot:
         robot, rings = write_draft(self.urdf, wishes, out)
         print(f"{out}: {robot.name}, {robot.n} joints, {len(robot.links)} bodies")
         for r in rings:
-            at = ", ".join(f"{c:.3f}" for c in r.centre)
-            print(
-                f"  {r.sensors} sensors round {r.link} at ({at}) m, lenses at {1e3 * r.radius:.0f} mm"
-            )
+            at = ", ".join(f"{c + 0.0:.3f}" for c in r.centre.round(4))
+            print(f"  {r.sensors} sensors round {r.link} at ({at}) m, radius {r.radius:.3f} m")
         print(f"Next: flinch doctor --robot {out}, then edit {out}/robot.toml and its layout,")
         print(f"{out}/skin/rings.toml, and flinch run --robot {out}")

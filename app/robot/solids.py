@@ -134,7 +134,7 @@ def write_visual(parts: Sequence[Part], path: Path, materials: Materials) -> int
             process=False,
         )
         scene.add_geometry(mesh, node_name=name, geom_name=name)
-    data: Any = scene.export(file_type="glb", include_normals=True)
+    data: bytes = scene.export(file_type="glb", include_normals=True)
     path.write_bytes(data)
     return len(data)
 
@@ -147,7 +147,9 @@ def write_body(parts: Sequence[Part], path: Path) -> int:
     mesh = trimesh.Trimesh((p * 1e-3).astype(np.float32), f)
     if not mesh.is_volume:
         raise ValueError(f"{path.name} is not watertight: take another pitch or tolerance")
-    path.write_bytes(mesh.export(file_type="stl"))
+    data = mesh.export(file_type="stl")
+    assert isinstance(data, bytes)
+    path.write_bytes(data)
     return len(f)
 
 
