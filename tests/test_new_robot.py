@@ -104,8 +104,7 @@ def test_an_arm_of_seven_joints_works_the_whole_way(kind, request, tmp_path, cap
 SCENE = """title = "a ball beside the third link"
 [[body]]
 name = "ball"
-kind = "sphere"
-radius_m = 0.06
+shape = {{ kind = "sphere", radius_m = 0.06 }}
 position_m = {}
 """
 
