@@ -10,20 +10,29 @@ import trimesh
 from app.cli import main
 from app.robot.blind import blind_sensors, blind_words
 from app.robot.model import find_robot, load_robot, load_urdf
-from app.robot.skin import Sensor, build_skin, load_skin
+from app.robot.skin import load_skin
 from app.robot.tables import Choice
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
 
-def single(robot, link, position, direction, up=(0.0, 0.0, 1.0)):
-    """A skin of one sensor."""
-    z = np.array(direction) / np.linalg.norm(direction)
-    down = -(np.array(up) - (np.array(up) @ z) * z)
-    down /= np.linalg.norm(down)
-    T = np.eye(4)
-    T[:3, :3], T[:3, 3] = np.column_stack([np.cross(down, z), down, z]), position
-    return build_skin("one", (Sensor("eye", link, T, 8, 0, False),), robot)
+@pytest.fixture
+def single(tmp_path):
+    """Makes a skin of one sensor."""
+
+    def make(robot, link, position, direction, up=(0.0, 0.0, 1.0)):
+        file = tmp_path / "one.toml"
+        file.write_text(
+            f'title = "one"\n[[sensor]]\nname = "eye"\nlink = "{link}"\n'
+            f"position_m = {vector(position)}\ndirection = {vector(direction)}\nup = {vector(up)}\n"
+        )
+        return load_skin(file, robot)
+
+    return make
+
+
+def vector(values):
+    return [float(v) for v in values]
 
 
 @pytest.mark.parametrize("name", ["ur10e", "swan7"])
@@ -33,14 +42,14 @@ def test_no_sensor_of_a_shipped_layout_is_blind(name):
         assert blind_sensors(robot, load_skin(file, robot)) == ()
 
 
-def test_a_lens_inside_its_link_is_blind_and_one_before_it_is_not(robot):
+def test_a_lens_inside_its_link_is_blind_and_one_before_it_is_not(robot, single):
     tube = [-0.3, 0.0, 0.0393]
     assert blind_sensors(robot, single(robot, "forearm_link", tube, [0, 1, 0]))[0].ahead == 0.0
     beside = [-0.235, 0.06, 0.0393]
     assert blind_sensors(robot, single(robot, "forearm_link", beside, [0, 1, 0])) == ()
 
 
-def test_a_sensor_that_looks_back_at_its_link_is_blind_and_told_how_near_it_is(robot):
+def test_a_sensor_that_looks_back_at_its_link_is_blind_and_told_how_near_it_is(robot, single):
     above = [-0.235, 0.0, 0.0393 + 0.0427 + 0.03]
     (blind,) = blind_sensors(robot, single(robot, "forearm_link", above, [0, 0, -1], [1, 0, 0]))
     assert blind.link == "forearm_link" and blind.ahead == pytest.approx(0.03, abs=2e-3)
@@ -48,7 +57,7 @@ def test_a_sensor_that_looks_back_at_its_link_is_blind_and_told_how_near_it_is(r
     assert blind_sensors(robot, single(robot, "forearm_link", far, [0, 0, -1], [1, 0, 0])) == ()
 
 
-def test_a_sensor_before_another_ones_cover_is_blind_to_all_but_that():
+def test_a_sensor_before_another_ones_cover_is_blind_to_all_but_that(single):
     robot = load_robot(find_robot("ur10e"))
     skin = single(robot, "forearm_link", [-0.235, 0.0, 0.0393 + 0.05], [-1, 0, 0])
     (blind,) = blind_sensors(robot, skin)
@@ -65,7 +74,7 @@ URDF = """<robot name="two"><link name="base"><collision><geometry><box size="0.
  rpy="1.0 0 0"/></joint></robot>"""
 
 
-def test_a_part_that_is_fixed_at_an_angle_is_seen_where_it_is(tmp_path):
+def test_a_part_that_is_fixed_at_an_angle_is_seen_where_it_is(tmp_path, single):
     (tmp_path / "two.urdf").write_text(URDF)
     robot = load_urdf(tmp_path / "two.urdf")
     (blind,) = blind_sensors(robot, single(robot, "arm", [0, 0, 0.36], [0, 0, 1], [1, 0, 0]))

@@ -35,7 +35,7 @@ def blind_sensors(robot: Robot, skin: Skin) -> tuple[Blind, ...]:
         near = np.full(len(RAYS), np.inf)
         first = np.full(len(RAYS), -1)
         for i in np.flatnonzero(robot.welded[skin.link[k]]):
-            T = np.linalg.inv(robot.T_joint_link[i]) @ robot.T_joint_link[skin.link[k]]
+            T = robot.T_link_link(int(i), int(skin.link[k]))
             lens = T[:3, :3] @ skin.origin[k] + T[:3, 3]
             if _inside(lens, robot.bodies[i]):
                 near[:], first[:] = 0.0, i

@@ -93,6 +93,11 @@ class Robot:
             raise RobotError(f"{self.name}: no body link {name!r}; {options(name, self.links)}")
         return self.links.index(name)
 
+    def T_link_link(self, a: int, b: int) -> Array:  # noqa: N802  as the frames are named
+        """(4, 4) pose of body link b in the frame of a; both must be welded. It never changes."""
+        a_, b_ = self.T_joint_link[a], self.T_joint_link[b]
+        return np.eye(4) if np.array_equal(a_, b_) else np.asarray(np.linalg.inv(a_) @ b_)
+
     def visual(self, link: str) -> Any:
         """The link's visual meshes as one trimesh.Scene in the link frame."""
         return self.description.visual(link)
