@@ -16,6 +16,12 @@ from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
 
+@pytest.fixture(autouse=True)
+def cache(tmp_path, monkeypatch):
+    """A cache of the test's own."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+
+
 @pytest.fixture
 def single(tmp_path):
     """Makes a skin of one sensor."""

@@ -3,6 +3,7 @@
 import json
 import re
 import shutil
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from app.errors import RobotError
 from app.robot.draft import Wish, parse_wish, write_draft
 from app.robot.model import find_robot, load_robot
 from app.robot.skin import load_skin
+from app.robot.tables import Choice
 from app.wiring import Setup
 
 TEMPLATE = find_robot("template")
@@ -126,6 +128,29 @@ def test_two_rings_of_one_link_share_its_length_and_stand_half_a_pitch_apart(pri
     for r in rings:
         assert r.axis == pytest.approx([0.0, 0.0, 1.0])
         assert r.radius == pytest.approx(0.055 + 0.0173, abs=1e-3)
+
+
+def test_rings_that_would_overlap_are_refused(primitives, tmp_path):
+    with pytest.raises(RobotError, match=r"round for 180 mm, which has room for 3 rings"):
+        write_draft(primitives, [Wish("seg3", 8)] * 4, tmp_path / "mine")
+
+
+def test_rings_go_round_the_visual_meshes_where_the_collision_meshes_are_hulls(
+    primitives, tmp_path
+):
+    urdf = tmp_path / "hulls.urdf"
+    text = Path(primitives).read_text()
+    tube = '<collision><origin xyz="0 0 0.100"/><geometry><cylinder radius="0.050" length="0.180"/>'
+    assert tube in text
+    hull = '<collision><origin xyz="0 0 0.100"/><geometry><box size="0.16 0.14 0.18"/>'
+    urdf.write_text(text.replace(tube, hull))
+    with pytest.raises(RobotError, match=r"'seg3' is not round.*add --bodies visual"):
+        write_draft(urdf, WISHES, tmp_path / "mine")
+    write_draft(urdf, WISHES, tmp_path / "mine", "visual")
+    robot = load_robot(tmp_path / "mine")
+    assert robot.description.bodies == "visual"
+    assert np.ptp(robot.bodies[robot.link_index("seg3")].vertices[:, 0]) == pytest.approx(0.1)
+    assert load_robot(tmp_path / "mine", Choice(bodies="collision", skin="none")).n == 7
 
 
 def test_the_tool_can_go_anywhere_from_the_home_that_is_found(primitives, tmp_path):

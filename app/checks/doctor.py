@@ -227,10 +227,13 @@ def _intersections(c: Checkup) -> Iterator[Finding]:
 
 
 def _frames(c: Checkup) -> Iterator[Finding]:
-    """Each link's frame, and the tool's, is near the mesh that belongs to it."""
+    """Each link's frame, and the tool's, is near the mesh that belongs to it; a cover has its
+    link's frame."""
     pairs = BodyPairs(c.robot)
     remedy = "check the mesh's <origin> and its units: it should lie round its link's frame"
     for i, link in enumerate(c.robot.links):
+        if link in c.robot.covers:
+            continue
         d = pairs.update(_cloud(c.posture.T_base_link[i, :3, 3]), c.posture).distance[i]
         yield Finding(Check("link frame from its body", float(d), "m", GAP), link, remedy)
     d = pairs.update(_cloud(c.posture.T_base_tool[:3, 3]), c.posture).minimum

@@ -5,6 +5,8 @@ from pathlib import Path
 
 import tyro
 
+from app.robot.tables import Bodies
+
 
 @dataclass(frozen=True)
 class NewRobot:
@@ -15,6 +17,8 @@ class NewRobot:
     """The URDF file; its meshes must be there."""
     ring: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
     """LINK:COUNT sensors round a link, where it is round; give it once for each ring."""
+    bodies: Bodies = "collision"
+    """Meshes of the URDF that distances are measured to, and that the rings go round."""
     out: Path | None = None
     """The folder to write; default: the robot's name, here."""
 
@@ -23,7 +27,7 @@ class NewRobot:
 
         wishes = [parse_wish(text) for text in self.ring]
         out = self.out or Path(self.urdf.stem)
-        robot, rings = write_draft(self.urdf, wishes, out)
+        robot, rings = write_draft(self.urdf, wishes, out, self.bodies)
         print(f"{out}: {robot.name}, {robot.n} joints, {len(robot.links)} bodies")
         for r in rings:
             at = ", ".join(f"{c + 0.0:.3f}" for c in r.centre.round(4))

@@ -23,8 +23,9 @@ class WhichRobot:
     """A tool of the robot, a tool's TOML file, a link of the URDF as tool frame, or 'none'."""
     home_deg: tuple[float, ...] = ()
     """Posture to begin in [degrees, mm for a sliding joint], one value a joint."""
-    bodies: Bodies = "collision"
-    """Meshes of the URDF that distances are measured to."""
+    bodies: Bodies | None = None
+    """Meshes of the URDF that distances are measured to; default: the robot's own choice, else
+    collision."""
 
     def setup(self, **facts: Any) -> "Setup":
         """What to build with this robot; `facts` are the other fields of a `Setup`."""

@@ -17,14 +17,17 @@ from app.messages import Array
 from app.robot.draft_text import Ring, layout_text, robot_text
 from app.robot.draft_urdf import copy_urdf
 from app.robot.model import Robot, load_robot, load_urdf
-from app.robot.roundness import Stretch, across, round_stretch
+from app.robot.roundness import Stretch, across, circle, round_stretch
 from app.robot.skin import load_skin
+from app.robot.tables import Bodies, Choice
 
 LENS = 0.0173  # [m] of a lens above its link: room for a sensor's board in a cover, as on the UR10e
 SHORTEST = 0.046  # [m] of a round stretch: the width of a cover
 BEND = 0.5  # [rad] that a joint may be bent from the middle of its limits to find a home
 TRIES = 200  # postures looked at for a home
 LOW = 0.1  # [m] above the plane that the base stands on
+
+HINT = {"collision": " (if its visual mesh is, add --bodies visual)", "visual": ""}
 
 
 class Wish(NamedTuple):
@@ -42,8 +45,10 @@ def parse_wish(text: str) -> Wish:
     return Wish(link, int(count))
 
 
-def write_draft(urdf: Path, wishes: Sequence[Wish], out: Path) -> tuple[Robot, list[Ring]]:
-    """Write the folder `out`; the robot in it, and its rings.
+def write_draft(
+    urdf: Path, wishes: Sequence[Wish], out: Path, bodies: Bodies = "collision"
+) -> tuple[Robot, list[Ring]]:
+    """Write the folder `out`; the robot in it, and its rings, which go round `bodies`.
 
     Raises `RobotError` where `out` is there already or something cannot be used; nothing is
     written then.
@@ -52,7 +57,7 @@ def write_draft(urdf: Path, wishes: Sequence[Wish], out: Path) -> tuple[Robot, l
         raise RobotError(f"{out}: is there already; give another --out, or take it away first")
     if not wishes:
         raise RobotError("no ring was asked for; give --ring LINK:COUNT, once or several times")
-    robot = load_urdf(urdf)
+    robot = load_urdf(urdf, Choice(bodies=bodies))
     rings = [
         r for link in dict.fromkeys(w.link for w in wishes) for r in _rings(link, wishes, robot)
     ]
@@ -78,18 +83,31 @@ def write_draft(urdf: Path, wishes: Sequence[Wish], out: Path) -> tuple[Robot, l
 def _rings(link: str, wishes: Sequence[Wish], robot: Robot) -> list[Ring]:
     """The rings of one link, evenly along its round stretch; every second one turned by half."""
     counts = [w.sensors for w in wishes if w.link == link]
-    stretch = _stretch(link, robot)
-    out = []
+    stretch, body = _stretch(link, robot), robot.bodies[robot.link_index(link)]
+    room = int(stretch.length / SHORTEST)
+    if len(counts) > room:
+        raise RobotError(
+            f"link {link!r} is round for {1e3 * stretch.length:.0f} mm, which has room for {room} "
+            f"rings with covers; ask for fewer than {len(counts)}"
+        )
+    name, out = link.removesuffix("_link"), []
     for i, count in enumerate(counts):
-        centre = stretch.low + (i + 0.5) / len(counts) * (stretch.high - stretch.low)
+        near = stretch.low + (i + 0.5) / len(counts) * (stretch.high - stretch.low)
+        cut = circle(body, near, stretch.axis)
+        centre, radius = cut or (near, stretch.radius)
         u, v = across(stretch.axis)
         turn = np.pi / count * (i % 2)
         out.append(
             Ring(
-                f"{link}-{i + 1}" if len(counts) > 1 else link, link, centre, stretch.axis,
-                np.cos(turn) * u + np.sin(turn) * v, stretch.radius + LENS, count,
+                name=f"{name}-{i + 1}" if len(counts) > 1 else name,
+                link=link,
+                centre=centre,
+                axis=stretch.axis,
+                start=np.cos(turn) * u + np.sin(turn) * v,
+                radius=radius + LENS,
+                sensors=count,
             )
-        )  # fmt: skip
+        )
     return out
 
 
@@ -110,7 +128,7 @@ def _stretch(link: str, robot: Robot) -> Stretch:
         round_ = [name for name in moving if _is_round(robot, name)]
         raise RobotError(
             f"link {link!r} is not round for {1e3 * SHORTEST:.0f} mm anywhere, so no ring fits "
-            f"round it; {options(link, round_)}"
+            f"round it{HINT[robot.description.bodies]}; {options(link, round_)}"
         )
     if found.low @ found.low > found.high @ found.high:  # its frame is at the joint
         found = Stretch(found.high, found.low, found.radius)

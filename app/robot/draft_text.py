@@ -22,6 +22,8 @@ home_deg = {home}
 acceleration_limit = {acceleration}
 # Links that distances are measured to, if some should be left out; these are all that have a shape:
 # links = {links}
+# Meshes of the URDF that distances are measured to: collision, or visual where those are hulls.
+bodies = {bodies}
 # A tool: a name in tools/, the path of its TOML file, or a table [tool] at the end of this file.
 # tool = "gripper"
 """
@@ -77,11 +79,16 @@ def robot_text(robot: Robot, urdf: str, home: Array) -> str:
     """`robot.toml` of a bare URDF's robot that begins at `home` (n,) [rad or m]."""
     values = np.where(robot.slides, 1e3 * home, np.degrees(home))
     return ROBOT.format(
-        name=quoted(robot.name), title=quoted(robot.title), urdf=quoted(urdf),
-        tool_frame=quoted(robot.tool_frame), joints=", ".join(robot.joints),
-        home=numbers(values, 1), acceleration=numbers(robot.qdd_max, 1),
+        name=quoted(robot.name),
+        title=quoted(robot.title),
+        urdf=quoted(urdf),
+        tool_frame=quoted(robot.tool_frame),
+        joints=", ".join(robot.joints),
+        home=numbers(values, 1),
+        acceleration=numbers(robot.qdd_max, 1),
         links="[" + ", ".join(map(quoted, robot.links)) + "]",
-    )  # fmt: skip
+        bodies=quoted(robot.description.bodies),
+    )
 
 
 def layout_text(rings: Sequence[Ring], lens: float) -> str:

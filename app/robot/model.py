@@ -57,6 +57,7 @@ class Robot:
     tool_frame: str
     skin: str | None  # the layout of its own that `robot.toml` names
     layout: Path | None  # whose covers it wears
+    covers: tuple[str, ...]  # body links that are covers
     home: Array
     q_min: Array
     q_max: Array
@@ -170,12 +171,13 @@ def _assemble(
     folder = where.parent
     name = table.name if table else name
     flange = table.tool_frame if table else last_link(root)
-    bare = describe(to_text(root), urdf, choice.bodies)
+    bodies_from = choice.bodies or (table.bodies if table else "collision")
+    bare = describe(to_text(root), urdf, bodies_from)
     tool, tool_frame = _mounted(root, table, folder, flange, choice.tool)
     layout = _layout(table, folder, choice.skin, name)
     worn = mount_covers(root, read_layout(layout), layout, bare.body) if layout else {}
     xml = to_text(root)
-    description = describe(xml, urdf, choice.bodies)
+    description = describe(xml, urdf, bodies_from)
     model = build_model(xml, urdf)
     links = _body_links(table, bare, tool, worn)
     if not links:
@@ -194,6 +196,7 @@ def _assemble(
         tool_frame=tool_frame,
         skin=table.skin if table else None,
         layout=layout,
+        covers=tuple(worn),
         home=freeze(home),
         q_min=freeze(model.lowerPositionLimit.copy()),
         q_max=freeze(model.upperPositionLimit.copy()),

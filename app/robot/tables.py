@@ -78,6 +78,8 @@ class RobotTable(Table, frozen=True):
                         `skin/`; default: none.
     links:              body links, which distances are measured to; default: every link that
                         has a shape. The covers of a layout are none of its business.
+    bodies:             meshes of the URDF that distances are measured to; collision meshes are
+                        often hulls, which swallow what is mounted on the link.
     tool:               what is bolted on when nothing else is asked for: a `[tool]` table, the path
                         of a file with one, or a name in `tools/`; default: none.
     eps_m:              the self filter's thresholds of single links [m], from calibration, for
@@ -93,6 +95,7 @@ class RobotTable(Table, frozen=True):
     acceleration_limit: list[Positive]
     skin: str | None = None
     links: list[str] | None = None
+    bodies: Bodies = "collision"
     tool: ToolTable | str | None = None
     eps_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
     eps_edge_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
@@ -105,13 +108,13 @@ class Choice:
     tool:     a tool's name or TOML file, a link of the URDF as tool frame, "none", or "" for
               the robot's own.
     home_deg: posture to begin in, degrees (mm for a sliding joint); empty: the robot's own.
-    bodies:   which meshes of the URDF distances are measured to.
+    bodies:   which meshes of the URDF distances are measured to; None: the robot's own.
     skin:     the layout whose covers are worn: its name or path, "none", or "" for the robot's own.
     """
 
     tool: str = ""
     home_deg: tuple[float, ...] = ()
-    bodies: Bodies = "collision"
+    bodies: Bodies | None = None
     skin: str = ""
 
 
