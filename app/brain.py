@@ -15,8 +15,9 @@ from dataclasses import replace
 import numpy as np
 
 from app.cell.parts import Cell
-from app.config import ControlMode, Params
+from app.config import Params
 from app.control.clearance import Clearance
+from app.control.controller import Situation
 from app.control.controllers import Controllers
 from app.control.errand import Errand
 from app.control.programs import Program
@@ -61,7 +62,7 @@ class Brain:
         self._controllers = Controllers(robot, self.cell)
         self.reset()
 
-    def sibling(self, mode: ControlMode) -> "Brain":
+    def sibling(self, mode: str) -> "Brain":
         """A second mind for the same arm and place, with another controller."""
         params, goal, programs, begin = self._born
         params = replace(params, mode=mode)
@@ -113,13 +114,13 @@ class Brain:
         p = self.params
         share, moving = self._guard.judge(x, p.silence, p.slow_after)
         seen = self._perception.update(
-            x.frames, x.joints, posture, p, mind.kind(p), mind.wants_ages(p), lap
+            x.frames, x.joints, posture, p, mind.needs(p), x.dt, lap
         )  # fmt: skip
         goal = errand.update(self._guard.mode, moving, tool, x.dt)
         if moving:
             command = mind.update(
-                seen.posture, x.joints, seen.pairs, goal, p, x.dt, share, x.applied
-            )  # fmt: skip
+                Situation(posture, x.joints, seen.steady, goal, p, x.dt, share, x.applied)
+            )
         else:
             command = mind.brake(x.joints, x.dt, x.applied)
         if not np.isfinite(command.qd).all():

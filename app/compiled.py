@@ -30,7 +30,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar, cast
 
 import numba
 import numpy as np
@@ -42,6 +42,8 @@ APP = Path(__file__).parent
 OPTIONS = {"nopython": True, "nogil": False, "fastmath": False}
 NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
 IMPORT = re.compile(r"^\s*(?:from|import) ([\w.]+)(?: import (\([^)]*\)|.*))?", re.M)
+P = ParamSpec("P")
+R = TypeVar("R")
 Progress = Callable[[int, int, str], None]  # number, of how many, name
 config: Any = numba.config  # its settings are made at run time
 kernels: list["Kernel"] = []  # all that have been defined
@@ -55,8 +57,11 @@ def _one_kind(array: Any, context: Any) -> Any:
     return _kind_of(array, context).copy(readonly=False)
 
 
-def compiled(function: Callable[..., Any]) -> "Kernel":
-    """A kernel: its one version is kept until its file or anything that it imports changes."""
+def compiled(function: Callable[P, R]) -> Callable[P, R]:
+    """A kernel: its one version is kept until its file or anything that it imports changes.
+
+    To the checker of types it stays the function that it was, arguments and answer.
+    """
     before = config.CACHE_DIR
     config.CACHE_DIR = _folder(function.__module__)
     try:
@@ -65,7 +70,7 @@ def compiled(function: Callable[..., Any]) -> "Kernel":
     finally:
         config.CACHE_DIR = before
     kernels.append(kernel)
-    return kernel
+    return cast(Callable[P, R], kernel)
 
 
 class Kernel(_Dispatcher):

@@ -9,18 +9,27 @@ import tomllib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, Literal, NamedTuple, get_args, get_origin, get_type_hints
+from typing import Any, NamedTuple, get_type_hints
 
 from app.errors import ConfigError, options
 
-ControlMode = Literal["wb", "sm", "multi", "qp", "ssm"]
+# What may be chosen, each with its line of help. Rooms look down: a room above that holds what is
+# chosen from writes its names here.
+MODES: dict[str, str] = {}  # by `app.control.registry`
+SOLVERS = {"daqp": "an active-set method, exact", "proxqp": "an augmented Lagrangian method"}
 
 
 def tunable(
-    default: Any, unit: str, low: float | None, high: float | None, room: str, help: str
+    default: Any,
+    unit: str,
+    low: float | None,
+    high: float | None,
+    room: str,
+    help: str,
+    choices: Mapping[str, str] | None = None,
 ) -> Any:
     """A dataclass field with the facts that the page, the flags and the checks need."""
-    facts = {"unit": unit, "low": low, "high": high, "room": room, "help": help}
+    facts = {"unit": unit, "low": low, "high": high, "room": room, "help": help, "choices": choices}
     return field(default=default, metadata=facts)
 
 
@@ -32,12 +41,7 @@ class Params:
     which gives no values; the filter's threshold follows the sensor's noise.
     """
 
-    mode: ControlMode = tunable(
-        "qp", "", None, None, "control",
-        "controller: qp = every near pair as a bound, wb = any point of the body (the paper's), "
-        "sm = the sensors' mounting points, multi = as wb, every near link, "
-        "ssm = slows and stops, gives no way",
-    )  # fmt: skip
+    mode: str = tunable("qp", "", None, None, "control", "controller", MODES)
     d_min: float = tunable(
         0.20, "m", 0.05, 0.40, "control",
         "wb, sm, multi: distance at which avoidance is fully active",
@@ -57,21 +61,6 @@ class Params:
     w_max: float = tunable(0.6, "rad/s", 0.05, 2.0, "control", "largest turn towards the goal")
     speed: float = tunable(
         0.5, "", 0.05, 1.0, "control", "share of the joints' velocity limits that may be used"
-    )
-    authority_cap: bool = tunable(
-        True, "", None, None, "control",
-        "keep a control point near the base from whipping the wrist",
-    )  # fmt: skip
-    kappa: float = tunable(
-        0.15, "", 0.02, 1.0, "control", "share of the reachable normal speed under that cap"
-    )
-    v_ach_min: float = tunable(
-        0.05, "m/s", 0.0, 0.5, "control", "below this reachable speed the task is skipped"
-    )
-    lambda_r: float = tunable(1e-4, "", 0.0, 1.0, "control", "regularisation of singular values")
-    theta: float = tunable(1e-2, "", 1e-6, 1.0, "control", "singular values damped below this")
-    eta: float = tunable(
-        10.0, "", 0.0, 100.0, "control", "preference for directions that no higher task uses"
     )
     eps_min: float = tunable(
         0.03, "m", 0.005, 0.20, "perception", "self filter: smallest threshold before the body"
@@ -122,14 +111,6 @@ class Params:
         True, "", None, None, "perception",
         "estimate how fast obstacles approach and give way the faster",
     )  # fmt: skip
-    pair_hold: float = tunable(
-        0.01, "m", 0.0, 0.05, "perception",
-        "a link keeps its control point unless another is nearer by more than this",
-    )  # fmt: skip
-    many_pairs: bool = tunable(
-        True, "", None, None, "perception",
-        "qp, ssm: up to four well-separated pairs a link instead of the closest one",
-    )  # fmt: skip
     silence: float = tunable(
         0.5, "s", 0.1, 2.0, "runtime", "the arm stops when no sensor has spoken for this long"
     )
@@ -146,6 +127,10 @@ class Params:
     k_b: float = tunable(
         0.5, "", 0.0, 10.0, "control", "qp: weight of progress along the goal's twist"
     )
+    solver: str = tunable(
+        "daqp", "", None, None, "control",
+        "solver of the quadratic programmes; the other one gives the second opinion", SOLVERS,
+    )  # fmt: skip
     slide: bool = tunable(
         False, "", None, None, "control",
         "qp: slide along an obstacle that blocks the goal, instead of slowing before it",
@@ -201,29 +186,40 @@ class Params:
 
 
 class Tunable(NamedTuple):
-    """The facts of one field of `Params`."""
+    """The facts of one field of `Params`; `known` are the choices that there are now."""
 
     name: str
     kind: type
-    choices: tuple[str, ...]
+    known: Mapping[str, str] | None
     default: Any
     unit: str
     low: float | None
     high: float | None
     room: str
-    help: str
+    about: str
+
+    @property
+    def choices(self) -> tuple[str, ...]:
+        """Names of what it may be; empty where it is a number or a switch."""
+        return tuple(self.known or ())
+
+    @property
+    def help(self) -> str:
+        """One line, with what each choice is."""
+        if self.known is None:
+            return self.about
+        return f"{self.about}: " + "; ".join(f"{k} = {v}" for k, v in self.known.items())
 
 
 def tunables() -> Iterator[Tunable]:
     """The facts of every field of `Params`, in their order."""
     hints = get_type_hints(Params)
     for f in fields(Params):
-        hint, m = hints[f.name], f.metadata
-        choices = get_args(hint) if get_origin(hint) is Literal else ()
-        kind = str if choices else hint
+        m = f.metadata
         yield Tunable(
-            f.name, kind, choices, f.default, m["unit"], m["low"], m["high"], m["room"], m["help"]
-        )
+            f.name, hints[f.name], m["choices"], f.default, m["unit"], m["low"], m["high"],
+            m["room"], m["help"],
+        )  # fmt: skip
 
 
 def change(params: Params, changes: Mapping[str, Any]) -> Params:
@@ -252,8 +248,9 @@ def load_params(path: Path, base: Params | None = None) -> Params:
 
 def _check(name: str, value: Any, where: str) -> None:
     t = _FACTS[name]
-    if t.choices:
-        if value not in t.choices:
+    if t.known is not None:
+        # a process that has imported no room above knows no names yet, and drives nothing
+        if t.known and value != t.default and value not in t.choices:
             raise ConfigError(f"{where}{name} = {value!r}; choose one of {', '.join(t.choices)}")
     elif t.kind is bool:
         if not isinstance(value, bool):

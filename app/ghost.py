@@ -12,7 +12,6 @@ import numpy as np
 
 from app.actions import OF_THE_PLANT, Action, SetMode, SetParams
 from app.brain import Brain
-from app.config import ControlMode
 from app.messages import GhostState, Mode
 from app.plant.plant import Plant
 from app.tick import Inputs, Outputs
@@ -23,7 +22,7 @@ log = logging.getLogger(__name__)
 class Ghost:
     """Steps with the engine, in the controller's `mode` whatever the arm's is."""
 
-    def __init__(self, brain: Brain, plant: Plant, mode: ControlMode) -> None:
+    def __init__(self, brain: Brain, plant: Plant, mode: str) -> None:
         self.fault = ""  # why it was left out; empty while it runs
         self._brain, self._plant, self._mode = brain, plant, mode
         self._status = Mode.IDLE  # its own, of the last tick

@@ -10,7 +10,7 @@ frame to the page. A 4x4 sensor uses the first 16 of its 64 slots.
 
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -111,7 +111,8 @@ class Cloud:
 
     def kept(self) -> Array:
         """Points of the world, (m, 3) [m], base frame."""
-        return self.points[self.verdict == Verdict.KEPT]
+        kept: Array = self.points[self.verdict == Verdict.KEPT]
+        return kept
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -129,9 +130,11 @@ class Pairs:
               beyond the cloud are the memory's.
     closest:  row of the smallest distance of what can move, -1 if the cloud is empty.
     approach: (B,) [m/s] speed of the world's point along the normal, positive = it comes
-              nearer; zero when unsure.   approach_sigma: (B,) [m/s] of it. None: not estimated.
+              nearer; zero when unsure. None: not estimated.
     age:      (B,) [s] since the world's point was measured, +inf without a point. None: not
               asked for.
+    source:   (B,) int, which measured pair each one follows, -1 of one that is out of sight for
+              the moment. None: these are the measured ones.
     """
 
     link: NDArray[np.intp]
@@ -142,13 +145,33 @@ class Pairs:
     slot: NDArray[np.intp]
     closest: int
     approach: Array | None = None
-    approach_sigma: Array | None = None
     age: Array | None = None
+    source: NDArray[np.intp] | None = None
 
     @property
     def minimum(self) -> float:
         """Smallest distance [m], +inf when there is no point."""
         return float(self.distance[self.closest]) if self.closest >= 0 else np.inf
+
+    def measured(self, row: int) -> int:
+        """The measured pair that a row follows; -1 of none, and of row -1."""
+        return row if self.source is None or row < 0 else int(self.source[row])
+
+
+@dataclass(frozen=True, slots=True)
+class Needs:
+    """What a controller wants of perception.
+
+    pairs: the closest of every link, several of every link, or that of every sensor's mount.
+    reach: [m] up to where pairs are followed.   ages: how old is each measurement?
+    as_published: as the paper perceives: one ray a zone, points behind the body stay, nothing is
+                  remembered, doubted, steadied, held on to or known to move.
+    """
+
+    pairs: Literal["links", "several", "mounts"]
+    reach: float
+    ages: bool = False
+    as_published: bool = False
 
 
 # --- control ------------------------------------------------------------------------------
@@ -165,9 +188,9 @@ class Goal:
 class Command:
     """Joint velocities qd (n,) [rad/s] that keep every limit, and how they came about.
 
-    activation: of the avoidance task, 0..1.
+    activation: 0..1, how far the avoidance acts; where it is made of bounds, 1 if one holds.
     reference:  retreat speed asked for along the normal [m/s].
-    scale:      0..1, by how much the joints' limits shortened what was asked for.
+    progress:   0..1 of what was asked for that limits and bounds leave.
     control_row: row of `pairs` that the avoidance acted on, -1 if none.
     slack:       largest amount by which a bound had to give way [m/s].
     protective:  speed and separation: distance [m] that the nearest pair needs, 0 if not in use.
@@ -177,7 +200,7 @@ class Command:
     qd: Array
     activation: float = 0.0
     reference: float = 0.0
-    scale: float = 1.0
+    progress: float = 1.0
     control_row: int = -1
     slack: float = 0.0
     protective: float = 0.0

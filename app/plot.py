@@ -2,14 +2,14 @@
 
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
 from app.errors import ConfigError
 
 KINDS = (".png", ".svg")
-COLOURS = {"wb": "#d1495b", "wb with memory": "#edae49", "multi with memory": "#8d96a3"}
-OURS = "#00798c"
+COLOURS = ("#00798c", "#d1495b", "#edae49", "#8d96a3", "#66437d", "#5b8c3e")  # in their order
 Line = tuple[Sequence[float], Sequence[float]]
 
 
@@ -47,11 +47,12 @@ def plot_tradeoff(rows: list[dict[str, Any]], path: Path) -> None:
     for field, scene in zip(figure.subplots(1, len(scenes), squeeze=False)[0], scenes, strict=True):
         here = [r for r in rows if r["scene"] == scene]
         program = any(r["waypoints_per_min"] > 0.0 for r in here)
-        for mode in dict.fromkeys(r["mode"] for r in here):
+        modes = dict.fromkeys(r["mode"] for r in here)
+        for colour, mode in zip(cycle(COLOURS), modes, strict=False):
             points = sorted((r for r in here if r["mode"] == mode), key=lambda r: r["kept_m"])
             cost = [r["waypoints_per_min"] if program else 100 * r["goal_error_m"] for r in points]
             clear = [100.0 * (r["distal_p5_m"] if program else r["least_m"]) for r in points]
-            field.plot(cost, clear, "o-", color=COLOURS.get(mode, OURS), label=mode)
+            field.plot(cost, clear, "o-", color=colour, label=mode)
             for x, y, r in zip(cost, clear, points, strict=True):
                 field.annotate(f"{100 * r['kept_m']:g}", (x, y), (4, 4), textcoords="offset points")
         field.set_title(scene)

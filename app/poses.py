@@ -1,8 +1,15 @@
 """Poses 4x4 out of what a person writes."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
-from app.messages import Array
+from app.messages import Array, freeze
+
+
+def pose(position_m: Sequence[float], rpy_deg: Sequence[float]) -> Array:
+    """Pose (4, 4), read-only, of a table's place [m] and its turns [degrees]; see `transform`."""
+    return freeze(transform(np.array(position_m, dtype=np.float64), np.radians(rpy_deg)))
 
 
 def transform(position: Array, rpy: Array) -> Array:

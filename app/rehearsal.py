@@ -5,20 +5,21 @@ own is run in every mode with every switch turned, before something near and wit
 """
 
 from dataclasses import replace
-from typing import get_args
 
 import numpy as np
 
 from app.brain import Brain
 from app.cell.parts import Cell
 from app.compiled import Progress, told
-from app.config import ControlMode, Params, change, tunables
+from app.config import MODES, Params, change, tunables
 from app.messages import SLOTS, Goal, JointState, SensorFrame, freeze
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import ArmReport, Inputs, SourceReport
 
-SWITCHES = tuple(t.name for t in tunables() if t.kind is bool)
+# what is turned in every mode: each switch, and each setting with a choice but the mode itself
+CHOICES = {t.name: t.choices for t in tunables() if t.kind is bool or t.choices}
+SWITCHES = tuple(name for name in CHOICES if name != "mode")
 STEPS = ((0.3, 0.1), (0.31, 0.1), (0.31, 0.004))  # [m] all zones, [s] later; the last holds pairs
 
 
@@ -37,11 +38,11 @@ def rehearse(
     with told(progress):
         brain = Brain(robot, skin, cell, params, goal=_aside(robot))
         stamp = 0.0
-        for mode in get_args(ControlMode):
+        for mode in tuple(MODES):
             for name in ("mode", *SWITCHES):
                 now = replace(params, mode=mode)
                 if name != "mode":
-                    now = change(now, {name: not getattr(now, name)})
+                    now = turned(now, name)
                 brain.wishes.params = now
                 for depth, later in STEPS:
                     stamp += later
@@ -49,6 +50,12 @@ def rehearse(
                     if out.trace:
                         raise RuntimeError(f"rehearsing {mode} with {name} turned\n{out.trace}")
         _seldom(brain, stamp)
+
+
+def turned(params: Params, name: str) -> Params:
+    """The settings with a switch turned, or the other choice taken."""
+    value, choices = getattr(params, name), CHOICES[name]
+    return change(params, {name: next(c for c in choices if c != value) if choices else not value})
 
 
 def _aside(robot: Robot) -> Goal:

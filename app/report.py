@@ -10,7 +10,7 @@ from typing import Any
 
 from app import __version__
 
-PACKAGES = ("numpy", "pin", "embreex", "numba", "proxsuite", "trimesh", "viser", "yourdfpy")
+PACKAGES = ("numpy", "pin", "embreex", "numba", "daqp", "proxsuite", "trimesh", "viser", "yourdfpy")
 
 
 @dataclass(frozen=True)

@@ -1,36 +1,69 @@
-"""TOML files into checked values, with errors that name the file, the key and the remedy."""
+"""TOML files into checked values, with errors that name the file, the entry and the remedy."""
 
+import tomllib
+from collections.abc import Iterable, Iterator
+from math import isfinite
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated, Any, TypeVar
 
 import msgspec
+from msgspec import Meta
 
+from app import toml_words
 from app.errors import FlinchError
 
 T = TypeVar("T")
+Name = Annotated[str, Meta(min_length=1)]
+Positive = Annotated[float, Meta(gt=0)]
+NotNegative = Annotated[float, Meta(ge=0)]
+Vector = tuple[float, float, float]
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Base of every TOML table: keys are typed, unknown keys are refused."""
 
 
-def read_toml(path: Path, kind: type[T], error: type[FlinchError]) -> T:
-    """The file at `path` as a `kind` (a `Table`); raises `error` in one line otherwise."""
+def read_toml(path: Path, kind: type[T], error: type[FlinchError], where: str = "") -> T:
+    """The file at `path` as a `kind` (a `Table`, or dict); raises `error` in one line otherwise.
+
+    where: how that line begins; default: the path.
+    """
     try:
         content = path.read_bytes()
     except OSError as e:
         raise error(f"{path}: cannot be read ({e.strerror}); give another file") from e
     try:
-        return msgspec.toml.decode(content, type=kind)
-    except msgspec.ValidationError as e:
-        raise error(f"{path}: {_lower(str(e))}; mend that entry ({_keys(kind)})") from e
-    except (msgspec.DecodeError, UnicodeDecodeError) as e:
+        raw = tomllib.loads(content.decode())
+    except ValueError as e:  # also one that is no UTF-8
         raise error(f"{path}: not valid TOML ({e}); mend that line") from e
+    value: T = checked(raw, kind, where or str(path), error)
+    return value
 
 
-def _keys(kind: type) -> str:
-    return "keys here: " + ", ".join(f.name for f in msgspec.structs.fields(kind))
+def checked(raw: Any, kind: Any, where: str, error: type[FlinchError], name: str = "") -> Any:
+    """`raw`, as it comes out of a file, as a `kind`, with finite numbers only.
+
+    Raises `error` in one line that begins with `where`; `name` is what `raw` itself is called.
+    """
+    try:
+        value = msgspec.convert(raw, kind)
+    except msgspec.ValidationError as e:
+        complaint, path = toml_words.parse(str(e))
+        raise error(f"{where}: {toml_words.explain(complaint, path, raw, kind, name)}") from e
+    for path in _not_finite(raw):
+        raise error(f"{where}: {toml_words.explain('not finite', path, raw, kind, name)}")
+    return value
 
 
-def _lower(text: str) -> str:
-    return text[:1].lower() + text[1:]
+def _not_finite(raw: Any) -> Iterator[toml_words.Path]:
+    """The ways to the numbers of a table that are infinite or not a number."""
+    if isinstance(raw, float) and not isfinite(raw):
+        yield ()
+    steps: Iterable[tuple[toml_words.Step, Any]] = ()
+    if isinstance(raw, dict):
+        steps = raw.items()
+    elif isinstance(raw, list | tuple):
+        steps = enumerate(raw)
+    for step, value in steps:
+        for rest in _not_finite(value):
+            yield (step, *rest)

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import cast, get_args
 
 import numpy as np
 
@@ -11,9 +10,10 @@ from app.actions import RunProgram
 from app.brain import Brain
 from app.cell.files import load_cell
 from app.cell.parts import Cell
-from app.config import ControlMode, Params
+from app.config import Params
 from app.control.beginning import warnings
 from app.control.programs import Program, find_program, load_program, shipped_programs
+from app.control.registry import kind_of
 from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
 from app.keeper import Keeper
@@ -61,7 +61,6 @@ class Setup:
     seed: int = 0
     program: str = ""  # a waypoint program's name or path, run from the start
     ghost: str = ""  # a second controller's mode, on a simulated arm of its own
-    ideal: bool = False  # sensors without noise, bias and dropout
     urdf: str = ""  # a bare URDF instead of a robot's folder
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
@@ -99,13 +98,15 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         arm = _arm(setup, robot, home if world is not None else None)
         held.append(arm)
         engine = assemble(
-            robot, skin, arm, source, world, clock,
-            cell=cell, params=params, rate=setup.rate, programs=programs,
-            # a real arm stays where it is until a person says where to go, and when
-            goal=scene.goal if simulated and world is not None else None,
-            begin=Mode.RUNNING if simulated else Mode.HOLDING,
-            look_every=PICTURE if setup.apart else 0.0,
-            scene=scene.title if world is not None else _real_title(setup),
+            robot, skin, arm, source, world, clock, rate=setup.rate,
+            start=Start(
+                cell, params, programs=programs,
+                # a real arm stays where it is until a person says where to go, and when
+                goal=scene.goal if simulated and world is not None else None,
+                begin=Mode.RUNNING if simulated else Mode.HOLDING,
+                scene=scene.title if world is not None else _real_title(setup),
+                look_every=PICTURE if setup.apart else 0.0,
+            ),
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
@@ -124,27 +125,35 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     return engine
 
 
-def assemble(
-    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None, clock: Clock,
-    *,
-    cell: Cell | None = None,
-    params: Params | None = None,
-    goal: Goal | None = None,
-    programs: Mapping[str, Program] | None = None,
-    begin: Mode = Mode.RUNNING,
-    rate: float = 250.0,
-    scene: str = "",
-    look_every: float = 0.0,
-) -> Engine:  # fmt: skip
-    """An engine of these parts; `world` None: what the sensors see is real.
+@dataclass(frozen=True)
+class Start:
+    """What an engine knows and does at first.
 
+    cell:       the known static place, None: nothing is known.   scene: what the page calls it.
+    goal:       None: the tool stays where it is.   programs: those that may be run, by name.
     look_every: [s] between two looks of onlookers at the simulated world.
     """
+
+    cell: Cell | None = None
+    params: Params | None = None
+    goal: Goal | None = None
+    programs: Mapping[str, Program] | None = None
+    begin: Mode = Mode.RUNNING
+    scene: str = ""
+    look_every: float = 0.0
+
+
+def assemble(
+    robot: Robot, skin: Skin, arm: Arm, source: Source, world: World | None, clock: Clock,
+    start: Start = Start(), rate: float = 250.0,
+) -> Engine:  # fmt: skip
+    """An engine of these parts; `world` None: what the sensors see is real."""
     brain = Brain(
-        limited(robot, arm.limits), skin, cell, params, goal=goal, programs=programs, begin=begin
+        limited(robot, arm.limits), skin, start.cell, start.params,
+        goal=start.goal, programs=start.programs, begin=start.begin,
     )  # fmt: skip
-    plant = build_plant(brain.robot, skin, arm, source, world, look_every)  # one set of kinematics
-    return Engine(brain, plant, clock, rate=rate, scene=scene)
+    plant = build_plant(brain.robot, skin, arm, source, world, start.look_every)
+    return Engine(brain, plant, clock, rate=rate, scene=start.scene)
 
 
 def build_plant(
@@ -162,7 +171,7 @@ def _ghost(setup: Setup, engine: Engine, world: World | None, source: Source, q:
     """A second brain on a simulated plant of its own, which begins where the arm is."""
     if world is None or isinstance(source, MixedSkin):
         raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
-    mode, brain = _mode(setup.ghost), engine.brain
+    mode, brain = kind_of(setup.ghost, "ghost").name, engine.brain
     eye = _eye(setup, brain.robot, brain.skin, world)
     if isinstance(eye, SimulatedSkinApart):
         eye.wait()
@@ -216,7 +225,7 @@ def _eye(
     setup: Setup, robot: Robot, skin: Skin, world: World
 ) -> SimulatedSkin | SimulatedSkinApart:
     kind = SimulatedSkinApart if setup.apart else SimulatedSkin
-    errors = ErrorModel(ideal=setup.ideal, ghosts=setup.stray)
+    errors = ErrorModel(ghosts=setup.stray)
     return kind(robot, skin, world, setup.seed, errors)
 
 
@@ -272,11 +281,10 @@ def choose_skin(setup: Setup, robot: Robot) -> Skin:
     return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.count)))
 
 
-def _mode(name: str) -> ControlMode:
-    for mode in get_args(ControlMode):
-        if mode == name:
-            return cast(ControlMode, mode)
-    raise ConfigError(f"ghost = {name!r}; choose one of {', '.join(get_args(ControlMode))}")
+def build_robot_and_skin(setup: Setup) -> tuple[Robot, Skin]:
+    """Both; RobotError where neither the setup nor the robot names a layout."""
+    robot = build_robot(setup)
+    return robot, choose_skin(setup, robot)
 
 
 def clock_for(setup: Setup) -> Clock:

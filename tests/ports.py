@@ -56,7 +56,7 @@ class HandPort:
     def facts(self):
         s = self.stream
         return PortFacts(
-            self.open, s.format, self.heard, self.spoke, s.frames, s.damaged, s.lost, 0,
+            self.open, s.format, self.heard, self.spoke, s.frames, s.damaged, s.lost,
             s.drift, self.error, 0.0, s.restarts,
         )  # fmt: skip
 

@@ -20,7 +20,7 @@ from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.tick import ArmReport, Limits
 from app.timing import ManualClock
-from app.wiring import Setup, assemble, build_engine
+from app.wiring import Setup, Start, assemble, build_engine
 from app.world.world import World
 
 CELL = Setup(scene="cell", seed=1, rate=125.0, program="door-screws")
@@ -108,10 +108,12 @@ def test_the_digest_tells_any_change_and_refuses_what_it_cannot_read():
 class Bench:
     """An engine with its parts within reach, on a manual clock."""
 
-    def __init__(self, robot, skin, arm=None, **how):
+    def __init__(self, robot, skin, arm=None, rate=250.0, **how):
         self.world, self.arm = World(()), arm or SimulatedArm(robot)
         self.eye = SimulatedSkin(robot, skin, self.world, 0, ErrorModel(ideal=True))
-        self.engine = assemble(robot, skin, self.arm, self.eye, self.world, ManualClock(), **how)
+        self.engine = assemble(
+            robot, skin, self.arm, self.eye, self.world, ManualClock(), Start(**how), rate
+        )
 
     def run(self, seconds, *actions):
         for action in actions:

@@ -7,7 +7,6 @@ from app.cell.files import load_cell
 from app.cell.learned import Learned, cubes_at
 from app.cell.parts import Box, Cell, HalfSpace
 from app.config import Params
-from app.control.whole_body import WholeBody
 from app.judge.truth import TrueDistance
 from app.messages import Goal, Pairs, freeze
 from app.poses import transform
@@ -18,6 +17,7 @@ from app.world.cells import find_cell, read_cell
 from app.world.motion import Still
 from app.world.shapes import make_shape
 from app.world.world import Body, World
+from tests.alone import alone
 
 DT = 0.01  # [s]
 NOTHING = Pairs(
@@ -33,9 +33,9 @@ def plane(z, size=(2.0, 2.0), rpy=(0.0, 0.0, 0.0)):
 
 def drive(robot, cell, place, seconds=12.0, params=FAST, begin=None, learn=None):
     """Postures on the way to a goal at `place` [m] that nothing is perceived of."""
-    control, arm = WholeBody(robot, cell), SimulatedArm(robot, begin)
+    control, arm = alone(robot, "qp", cell), SimulatedArm(robot, begin)
     if learn is not None:
-        control.bounds.know(learn)
+        control.clearance.know(learn)
     T = robot.posture(arm.state(0.0).q).T_base_tool.copy()
     T[:3, 3] = place
     for i in range(round(seconds / DT)):
@@ -111,9 +111,9 @@ def test_a_learned_post_bounds_the_motion_though_it_makes_no_points(robot, known
 def test_what_was_learned_can_be_forgotten(robot):
     place = [0.55, -0.4, 0.6]
     wall = Learned.of(cubes_at(np.array(place) + [[0.05 * i, 0.0, 0.0] for i in range(-4, 4)]))
-    control, ends = WholeBody(robot), []
+    control, ends = alone(robot), []
     for learned in (wall, Learned.of(np.empty((0, 3), dtype=np.int64))):
-        control.bounds.know(learned)
+        control.clearance.know(learned)
         control.reset()
         arm = SimulatedArm(robot)
         T = robot.posture(robot.home).T_base_tool.copy()

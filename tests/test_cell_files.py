@@ -121,19 +121,25 @@ BOX = '[[box]]\nname = "b"\nposition_m = [0, 0, 0]\nsize_m = [1, 1, 1]\n'
     [
         ("title = ", ["not valid TOML"]),
         ("[[bxo]]", ["bxo"]),
-        ("[[box]]\nsize_m = [1, 1, 1]", ["name", "box[0]"]),
-        (BOX.replace('"b"', '""'), ["length >= 1"]),
-        (BOX.replace("[1, 1, 1]", "[1, 1]"), ["length 3", "size_m"]),
-        (BOX.replace("[1, 1, 1]", "[1, 1, 0]"), ["> 0", "size_m"]),
-        (BOX.replace("[0, 0, 0]", "[0, 0, nan]"), ["'b' is not finite"]),
+        ("[[box]]\nsize_m = [1, 1, 1]", ["box 1", "'name' is missing"]),
+        (BOX.replace('"b"', '""'), ["name = ''", "a text"]),
+        (BOX.replace("[1, 1, 1]", "[1, 1]"), ["box 'b'", "size_m = [1, 1]; give 3 finite numbers"]),
+        (BOX.replace("[1, 1, 1]", "[1, 1, 0]"), ["size_m = [1, 1, 0]; give numbers above zero"]),
+        (BOX.replace("[0, 0, 0]", "[0, 0, nan]"), ["box 'b'", "position_m", "3 finite numbers"]),
         (BOX.replace("[0, 0, 0]", '["0", 0, 0]'), ["position_m"]),
         (BOX + BOX, ["'b' comes twice"]),
         (BOX + '[[plane]]\nname = "b"\nposition_m = [0, 0, 0]', ["'b' comes twice"]),
         (BOX.replace('"b"', f'"{LEARNED}"'), ["comes twice"]),
         ("[learned]\nedge_m = 0.1\ncells = []", ["edge_m = 0.1", "learn anew"]),
-        ("[learned]\nedge_m = 0.05\ncells = [[1, 2]]", ["length 3", "cells"]),
-        ("[learned]\nedge_m = 0.05\ncells = [[1, 2, 3.5]]", ["cells", "int"]),
-        ("[learned]\nedge_m = 0.05\ncells = [[1, 2, 999999999]]", ["<= 2000"]),
+        ("[learned]\nedge_m = 0.05\ncells = [[1, 2]]", ["cells[0] = [1, 2]", "3 whole numbers"]),
+        (
+            "[learned]\nedge_m = 0.05\ncells = [[1, 2, 3.5]]",
+            ["cells[0]", "3 whole numbers"],
+        ),
+        (
+            "[learned]\nedge_m = 0.05\ncells = [[1, 2, 999999999]]",
+            ["cells[0]", "from -2000 up to 2000"],
+        ),
     ],
 )
 def test_a_bad_cell_is_told_in_one_line(tmp_path, content, told):

@@ -10,18 +10,19 @@ from hypothesis import strategies as st
 from app.cell.learned import EDGE, NOTHING_LEARNED, Learned, cubes_at
 from app.cell.parts import LEARNED, Box, Cell, HalfSpace
 from app.config import Params
-from app.control import gaps as gaps_module
 from app.control.beginning import warnings
+from app.control.bounds.cell import CellBounds
+from app.control.bounds.gap_rows import LEVER, MOST
+from app.control.cell_gaps import BESIDE, always_in, cell_within
 from app.control.clearance import Clearance
 from app.control.cubes import make_cubes, nearest_cube
-from app.control.gaps import BESIDE
-from app.control.rows import LEVER, MOST_OWN, Bounds
 from app.control.segments import to_box
 from app.messages import Pairs
 from app.poses import transform
 from app.robot.model import find_robot, load_robot
 from app.robot.tables import Choice
 from app.world.scene import find_scene, load_scene
+from tests.alone import bound_by
 
 DENSE = np.linspace(0.0, 1.0, 1001)[:, None]  # places on a segment
 NOTHING = Pairs(
@@ -55,7 +56,7 @@ def outside(points, half):
 
 def axes(clearance, posture):
     """Every capsule's axis (Q, 2, 3), base frame, and its radius (Q,)."""
-    body = clearance._body
+    body = clearance.pieces
     T = posture.T_base_link[body.link]
     ends = np.einsum("cij,cej->cei", T[:, :3, :3], body.ends) + T[:, None, :3, 3]
     return ends, body.radius
@@ -120,8 +121,8 @@ def test_the_gaps_to_the_cell_are_those_of_a_dense_search(robot, seed):
     ends, radius = axes(clearance, posture)
     line = ends[:, :1] + DENSE * (ends[:, 1:] - ends[:, :1])
     row = {int(p): i for i, p in enumerate(gaps.pair)}
-    assert set(clearance._cases.cell[:, 1]) == {0, 1, 2, 3, 4}
-    for k, (q, part) in enumerate(clearance._cases.cell):
+    assert set(clearance.cell_cases[:, 1]) == {0, 1, 2, 3, 4}
+    for k, (q, part) in enumerate(clearance.cell_cases):
         if part < 3:
             box = cell.boxes[part]
             T = np.linalg.inv(box.T_base_box)
@@ -181,15 +182,16 @@ def test_what_is_measured_does_not_depend_on_the_posture_the_arm_begins_in():
     cell = Cell(boxes=(solid(wrist - [0.0, 0.0, 0.08], [0, 0, 0], [0.3, 0.3, 0.1]),))
     gaps = Clearance(taught, cell).measure(taught.posture(taught.home), 0.025)
     assert taught.links.index("wrist_3_link") in gaps.a[gaps.b < 0]
-    for one, two in zip(*(Clearance(r, cell)._cases for r in (usual, taught)), strict=True):
-        np.testing.assert_array_equal(one, two)
+    one, two = (Clearance(r, cell) for r in (usual, taught))
+    np.testing.assert_array_equal(one.pairs, two.pairs)
+    np.testing.assert_array_equal(one.cell_cases, two.cell_cases)
 
 
 def test_what_stands_in_the_table_in_every_posture_is_no_pair_and_the_rest_of_its_link_is(robot):
     cell = load_scene(find_scene("empty")).cell
     clearance = Clearance(robot, cell)
-    body, pedestal = clearance._body, cell.names.index("pedestal")
-    pieces = clearance._cases.cell[clearance._cases.cell[:, 1] == pedestal, 0]
+    body, pedestal = clearance.pieces, cell.names.index("pedestal")
+    pieces = clearance.cell_cases[clearance.cell_cases[:, 1] == pedestal, 0]
     upper_arm = np.flatnonzero(body.link == robot.links.index("upper_arm_link"))
     assert 0 < np.isin(upper_arm, pieces).sum() < len(upper_arm)
     shoulder = np.flatnonzero(body.link == robot.links.index("shoulder_link"))
@@ -200,7 +202,7 @@ def test_learned_cubes_that_a_link_can_never_leave_hide_no_others(robot):
     """The shoulder stands in what was learned of the table; the wrist is still kept from it."""
     table = wall((-0.5, 0.5), (-0.5, 0.5), (-0.05, 0.1))
     clearance = Clearance(robot, Cell(learned=table))
-    links = clearance._body.link[clearance._cases.cell[:, 0]]
+    links = clearance.pieces.link[clearance.cell_cases[:, 0]]
     assert robot.links.index("shoulder_link") not in links
     assert robot.links.index("wrist_3_link") in links
     clearance.know(NOTHING_LEARNED)
@@ -212,11 +214,11 @@ def test_learned_cubes_that_a_link_can_never_leave_hide_no_others(robot):
 def test_learning_at_run_time_compiles_nothing(robot):
     clearance, posture = Clearance(robot), robot.posture(robot.home)
     clearance.measure(posture, 0.15)
-    before = [len(f.signatures) for f in (gaps_module.measure, gaps_module.always_in)]
+    before = [len(f.signatures) for f in (cell_within, always_in)]
     for learned in (wall((0.5, 0.6), (-1, 1), (0, 1)), Learned.of(np.array([[9, 9, 9]]))):
         clearance.know(learned)
         clearance.measure(posture, 0.15)
-    assert [len(f.signatures) for f in (gaps_module.measure, gaps_module.always_in)] == before
+    assert [len(f.signatures) for f in (cell_within, always_in)] == before
 
 
 def test_a_gap_that_no_joint_can_change_is_no_bound_and_takes_no_place_of_one(robot):
@@ -229,11 +231,10 @@ def test_a_gap_that_no_joint_can_change_is_no_bound_and_takes_no_place_of_one(ro
     posture, wrist = robot.posture(robot.home), len(robot.links) - 1
     at = posture.T_base_link[wrist, :3, 3]
     under = solid(at - [0, 0, 0.08], [0, 0, 0], [0.2, 0.2, 0.1])
-    bounds = Bounds(robot, Cell(boxes=(*foot, under)))
-    free = robot.qd_max
-    rows = bounds.rows(posture, NOTHING, Params(), -free, free, np.zeros(6), 1e6)
-    gaps = Clearance(robot, Cell(boxes=(*foot, under))).measure(posture, 0.15)
-    assert (np.sort(gaps.distance)[:MOST_OWN] < gaps.distance[gaps.a == wrist].min()).all()
+    clearance = Clearance(robot, Cell(boxes=(*foot, under)))
+    rows = bound_by(robot, CellBounds(clearance), posture, NOTHING, Params())
+    gaps = clearance.measure(posture, 0.15)
+    assert (np.sort(gaps.distance)[:MOST] < gaps.distance[gaps.a == wrist].min()).all()
     lift = posture.distance_rows(np.array([wrist]), at[None].copy(), np.array([[0.0, 0.0, 1.0]]))[0]
     assert (np.abs(rows.jacobian - lift).max(axis=1) < 0.1).any()
     assert (np.abs(rows.jacobian).sum(axis=1) > LEVER).all()

@@ -8,14 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from app.config import Params
-from app.control.avoidance import Avoidance, activation
 from app.control.goals import goal_error, goal_twist
 from app.control.limits import MARGIN, bring_into, velocity_box
-from app.control.task_priority import Regularisation, Task, largest_step, solve
+from app.control.task_priority import ETA, Task, largest_step, solve
+from app.control.task_priority_controller import activation
 from app.messages import Goal, JointState, Pairs
 from app.robot.arm import SimulatedArm
+from tests.alone import alone
 
-REG = Regularisation()
 FREE = np.full(6, 100.0)
 
 
@@ -39,15 +39,14 @@ NOTHING = Pairs(
 
 @pytest.mark.parametrize("a", [0.0, 0.25, 0.5, 0.75, 0.9, 1.0])
 def test_a_fading_row_above_a_full_goal_executes_the_known_share(a):
-    eta = 10.0
-    omega = (1 - a) ** 2 / ((1 - a) ** 2 + eta * a**2) if a < 1 else 0.0
+    omega = (1 - a) ** 2 / ((1 - a) ** 2 + ETA * a**2) if a < 1 else 0.0
     share = a**2 * (1 - omega)
     tasks = [
         Task(np.array([[1.0, 0.0]]), np.array([1.0]), np.array([a])),
         Task(np.eye(2), np.array([0.0, 1.0]), np.ones(2)),
         Task(np.eye(2), np.zeros(2), np.ones(2)),
     ]
-    rho, _ = solve(tasks, np.full(2, 100.0), Regularisation(eta=eta))
+    rho, _ = solve(tasks, np.full(2, 100.0))
     assert rho == pytest.approx([share, 1.0], abs=1e-3)
 
 
@@ -71,8 +70,8 @@ def test_an_inactive_row_leaves_the_goal_alone(robot):
     for _ in range(50):
         q = rng.uniform(-2, 2, 6)
         goal = goal_of(robot, q, rng)
-        alone, _ = solve([goal], FREE, REG)
-        both, _ = solve([row_of(robot, q, rng, 0.0, 0.3), goal], FREE, REG)
+        alone, _ = solve([goal], FREE)
+        both, _ = solve([row_of(robot, q, rng, 0.0, 0.3), goal], FREE)
         assert np.allclose(alone, both, atol=1e-9)
 
 
@@ -84,7 +83,7 @@ def test_an_active_row_is_met_exactly_whatever_the_goal_wants(robot):
         row = row_of(robot, q, rng, 1.0, 0.2)
         if np.linalg.norm(row.jacobian) < 0.2:
             continue
-        rho, _ = solve([row, goal_of(robot, q, rng)], FREE, REG)
+        rho, _ = solve([row, goal_of(robot, q, rng)], FREE)
         assert float(row.jacobian[0] @ rho) == pytest.approx(0.2, abs=1e-6)
         met += 1
     assert met > 100
@@ -95,7 +94,7 @@ def test_the_solution_is_continuous_while_a_row_is_switched_on(robot):
     q = robot.home
     goal, row = goal_of(robot, q, rng), row_of(robot, q, rng, 1.0, 0.2)
     path = np.array([
-        solve([replace(row, activation=np.array([a])), goal], FREE, REG)[0]
+        solve([replace(row, activation=np.array([a])), goal], FREE)[0]
         for a in np.linspace(0.0, 1.0, 1001)
     ])  # fmt: skip
     span = np.ptp(path, axis=0).max()
@@ -108,9 +107,9 @@ def test_no_level_pushes_a_joint_over_its_limit_and_the_higher_one_is_kept(robot
     for _ in range(200):
         q = rng.uniform(-3, 3, 6)
         row = row_of(robot, q, rng, 1.0, 0.05)
-        first, _ = solve([row], limit, REG)
+        first, _ = solve([row], limit)
         goal = goal_of(robot, q, rng)
-        both, scale = solve([row, replace(goal, reference=100.0 * goal.reference)], limit, REG)
+        both, scale = solve([row, replace(goal, reference=100.0 * goal.reference)], limit)
         assert (np.abs(both) <= limit + 1e-12).all() and 0.0 <= scale <= 1.0
         if np.linalg.norm(row.jacobian) > 0.2:
             assert row.jacobian[0] @ both == pytest.approx(row.jacobian[0] @ first, abs=1e-6)
@@ -126,7 +125,7 @@ def test_the_largest_step_stops_at_the_first_joint_that_is_full():
 def test_singular_postures_give_finite_bounded_commands(robot):
     q = np.zeros(6)  # stretched out: elbow and wrist singular
     goal = Task(robot.posture(q).tool_jacobian(), np.full(6, 0.3), np.ones(6))
-    rho, _ = solve([goal], robot.qd_max, REG)
+    rho, _ = solve([goal], robot.qd_max)
     assert np.isfinite(rho).all() and (np.abs(rho) <= robot.qd_max + 1e-12).all()
 
 
@@ -149,14 +148,14 @@ def test_the_goal_twist_is_bounded_and_keeps_its_direction(robot):
 
 def test_the_arm_gives_way_along_the_normal_even_against_its_goal(robot):
     posture = robot.posture(robot.home)
-    control = Avoidance(robot)
+    control = alone(robot, "paper")
     normal = np.array([-1.0, 0.0, 0.0])
     point = posture.T_base_tool[:3, 3]
     goal_T = posture.T_base_tool.copy()
     goal_T[0, 3] += 0.5  # straight through the obstacle
     near = pairs_at(6, point, normal, 0.15)
     state = JointState(0.0, robot.home, np.zeros(6))
-    params = Params(authority_cap=False)
+    params = Params()
     for _ in range(200):  # past the acceleration limit
         command = control.update(posture, state, near, Goal(goal_T), params, 0.004)
     J = posture.distance_rows(near.link, near.on_robot, near.normal)
@@ -173,7 +172,7 @@ def test_a_link_that_cannot_move_is_passed_over_for_the_next_one(robot):
         np.array([[-1.0, 0, 0], [-1.0, 0, 0]]), np.array([0, 1]), 0,
     )  # fmt: skip
     state = JointState(0.0, robot.home, np.zeros(6))
-    command = Avoidance(robot).update(posture, state, pairs, None, Params(), 0.004)
+    command = alone(robot, "wb").update(posture, state, pairs, None, Params(), 0.004)
     assert command.control_row == 1 and command.activation > 0.5
 
 
@@ -182,7 +181,7 @@ def test_a_link_that_cannot_move_is_passed_over_for_the_next_one(robot):
 
 def test_limits_are_never_exceeded_in_ten_thousand_random_steps(robot):
     rng = np.random.default_rng(24)
-    control, dt = Avoidance(robot), 0.004
+    control, dt = alone(robot, "wb"), 0.004
     arm = SimulatedArm(robot, rng.uniform(robot.q_min, robot.q_max))
     params, pairs, goal = Params(speed=1.0), NOTHING, None
     change = 0.0
@@ -200,8 +199,9 @@ def test_limits_are_never_exceeded_in_ten_thousand_random_steps(robot):
                 pairs = NOTHING
             params = Params(
                 speed=float(rng.uniform(0.05, 1.0)), v_max=1.0, w_max=2.0, lambda_safety=5.0,
-                authority_cap=bool(rng.random() < 0.5),
             )  # fmt: skip
+            control = alone(robot, str(rng.choice(["wb", "paper"])))
+            control.reset(before)
             dt = float(rng.choice([0.002, 0.004, 0.02]))
         state = arm.state(i * dt)
         command = control.update(robot.posture(state.q), state, pairs, goal, params, dt)
@@ -245,7 +245,7 @@ def test_an_arm_that_starts_outside_its_range_is_brought_back(robot):
 
 
 def test_braking_comes_to_rest_within_the_acceleration_limit(robot):
-    control = Avoidance(robot)
+    control = alone(robot, "wb")
     posture = robot.posture(robot.home)
     away = Goal(robot.posture(robot.home + 0.5).T_base_tool)
     state = JointState(0.0, robot.home, np.zeros(6))
@@ -253,7 +253,7 @@ def test_braking_comes_to_rest_within_the_acceleration_limit(robot):
         last = control.update(posture, state, NOTHING, away, Params(), 0.004).qd
     steps = 0
     while np.abs(last).max() > 0:
-        now = control.brake(state, 0.004).qd
+        now = control.brake(state, 0.004)
         assert (np.abs(now - last) <= robot.qdd_max * 0.004 + 1e-12).all()
         last, steps = now, steps + 1
     assert 0 < steps < 200

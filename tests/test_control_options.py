@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.control.avoidance import Avoidance
+from app.control.bounds.rows import Rows
 from app.control.limit_task import NEAR, limit_task
 from app.control.qp import Costs, least_slack, solve
-from app.control.rows import Rows
 from app.control.separation import allowed_speed
-from app.control.whole_body import WholeBody
 from app.messages import Goal, JointState, Pairs
 from app.robot.arm import SimulatedArm
+from tests.alone import alone
 
 DT = 0.01
 NOTHING = Pairs(
@@ -21,7 +20,7 @@ NOTHING = Pairs(
 
 @pytest.fixture(scope="module")
 def bounds(robot):
-    return WholeBody(robot)
+    return alone(robot, "ssm")
 
 
 def ahead(posture, wall):
@@ -65,7 +64,7 @@ def opposite(robot, cheap, dear):
     J = np.zeros((2, robot.n))
     J[:, 0] = 1.0, -1.0
     z = np.zeros(2)
-    rows = Rows(J, np.array([0.2, 0.1]), np.array([cheap, dear]), np.full(2, 100.0), z, z, z)
+    rows = Rows(J, np.array([0.2, 0.1]), np.array([cheap, dear]), np.full(2, 100.0), z, z, z, z)
     tool = robot.posture(robot.home).tool_jacobian()
     n = robot.n
     costs = Costs(tool, np.zeros(6), np.zeros(n), np.zeros(n), 10.0, 0.5, 1e-3, 2e-3, False)
@@ -88,7 +87,7 @@ def test_strict_order_reaches_what_the_prices_reach_where_the_bounds_can_be_met(
     for _ in range(50):
         J, inside = rng.normal(size=(8, robot.n)), rng.uniform(-0.3, 0.3, robot.n)
         z = np.zeros(8)
-        rows = Rows(J, J @ inside - 0.05, np.full(8, 50.0), np.full(8, 100.0), z, z, z)
+        rows = Rows(J, J @ inside - 0.05, np.full(8, 50.0), np.full(8, 100.0), z, z, z, z)
         tool = robot.posture(rng.uniform(-2, 2, robot.n)).tool_jacobian()
         n = robot.n
         twist = rng.normal(scale=0.2, size=6)
@@ -117,7 +116,7 @@ def test_with_the_level_a_joint_leaves_its_end_though_the_goal_asks_for_it(robot
     further[2] += 0.02
     goal = Goal(robot.posture(further).T_base_tool)
     with_it, without = (
-        Avoidance(robot).update(posture, state, NOTHING, goal, Params(limit_task=on), DT).qd[2]
+        alone(robot, "wb").update(posture, state, NOTHING, goal, Params(limit_task=on), DT).qd[2]
         for on in (True, False)
     )
     assert with_it < 0.0 < without
@@ -132,7 +131,7 @@ def test_position_goes_before_orientation_where_both_cannot_be_had(robot):
 
     def miss(split):
         params = Params(goal_split=split)
-        states = drive(robot, Avoidance(robot), params, Goal(goal), 15.0)
+        states = drive(robot, alone(robot, "wb"), params, Goal(goal), 15.0)
         reached = robot.posture(states[-1].q).T_base_tool[:3, 3]
         speed = np.abs(np.array([s.qd for s in states]))
         assert (speed <= robot.qd_max + 1e-9).all()

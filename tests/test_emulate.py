@@ -15,8 +15,15 @@ from app.sensing.port_spec import named_sensors
 from app.sensing.replay import read_recording
 from app.sensing.wire.detect import FORMATS
 from app.timing import ManualClock, WallClock
-from app.virtual.skin.emulate import Emulation, Recorded, emulate, raw_of, speak
-from app.virtual.skin.faults import Disturbed, Faults, mirrored, parse_faults
+from app.virtual.skin.emulate import (
+    Emulation,
+    Line,
+    RecordedFrames,
+    emulate,
+    raw_frame,
+    send_frames,
+)
+from app.virtual.skin.faults import Faults, FaultyWire, mirrored, parse_faults
 from app.wiring import Setup
 
 
@@ -45,11 +52,11 @@ class Chorus:
 
 
 def heard(skin, faults, seconds=10.0, sensors=(3, 4), seed=0):
-    """Frames that a decoder makes of what a faulty board says at 15 Hz, and the decoder."""
+    """FrameSource that a decoder makes of what a faulty board says at 15 Hz, and the decoder."""
     clock, spool = ManualClock(), Spool()
-    wire = Disturbed(faults, clock.now(), seed)
+    wire = FaultyWire(faults, clock.now(), seed)
     encode = FORMATS["binary"].encode
-    speak(Chorus(sensors), skin, encode, wire, spool, clock, seconds, lambda: False, 1 / 15)
+    send_frames(Chorus(sensors), skin, Line(encode, wire, spool), clock, 1 / 15, seconds)
     decoder = FORMATS["binary"].decoder()
     return decoder.feed(b"".join(spool.packets)), decoder
 
@@ -136,10 +143,10 @@ def test_a_recording_is_said_by_every_sensor_again_and_again(skin, robot, tmp_pa
         lines += [f"{t},0,0"] + [f"{500 + t + z},1,5" for z in range(63)] + ["947,0,255"]
     (tmp_path / "state_ToF.csv").write_text("\n".join(lines) + "\n")
     recording = read_recording(tmp_path)
-    source = Recorded(recording, skin, (2, 7), robot.posture(robot.home))
+    source = RecordedFrames(recording, skin, (2, 7), robot.posture(robot.home))
     seen = [f for i in range(200) for f in source.poll(i * 0.005)]
     for k in (2, 7):
-        own = [raw_of(f, 8, 0) for f in seen if f.sensor == k]
+        own = [raw_frame(f, 8, 0) for f in seen if f.sensor == k]
         assert [f.sequence for f in own] == list(range(len(own))) and len(own) > 9
         assert [int(f.distance[0]) for f in own[:4]] == [500, 567, 633, 500]
         assert own[0].status[63] == 255

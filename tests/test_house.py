@@ -55,7 +55,7 @@ def test_every_setting_tells_its_help_and_its_range() -> None:
 
 def test_every_setting_without_a_unit_is_a_pure_number() -> None:
     """A share, a weight, a count of sigmas: whatever else is a number needs its unit."""
-    pure = {"speed", "kappa", "lambda_r", "theta", "eta", "eps_sigmas", "k_g", "k_b"}
+    pure = {"speed", "eps_sigmas", "k_g", "k_b"}
     bare = {t.name for t in tunables() if not t.unit and t.kind is not bool and not t.choices}
     assert bare == pure
 

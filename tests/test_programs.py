@@ -5,15 +5,16 @@ import pytest
 
 from app.actions import RunProgram, SetGoal, SetMode, SetPose
 from app.control.path import straight_path
-from app.control.programs import ProgramRun, find_program, load_program, pose_of, shipped_programs
+from app.control.programs import ProgramRun, find_program, load_program, shipped_programs
 from app.errors import ConfigError
 from app.messages import Mode
+from app.poses import pose
 from app.robot.arm import SimulatedArm
 from app.robot.posture import rotation_vector
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.timing import ManualClock
-from app.wiring import assemble
+from app.wiring import Start, assemble
 from app.world.world import World
 
 TOML = """
@@ -49,7 +50,7 @@ def follow(run, T, seconds, dt=0.01, gain=1.0):
 
 
 def test_a_path_is_straight_turns_about_one_axis_and_keeps_both_speeds():
-    a, b = pose_of([0, 0, 0], np.zeros(3)), pose_of([0.3, 0.4, 0], np.array([0, 0, 1.0]))
+    a, b = pose([0, 0, 0], [0, 0, 0]), pose([0.3, 0.4, 0], [0, 0, np.degrees(1.0)])
     path = straight_path(a, b, 0.25, 0.5)
     assert path.duration == pytest.approx(2.0)
     assert straight_path(a, b, 0.25, 0.1).duration == pytest.approx(10.0)
@@ -60,7 +61,7 @@ def test_a_path_is_straight_turns_about_one_axis_and_keeps_both_speeds():
 
 
 def test_waypoints_are_reached_in_order_with_their_dwell_and_the_program_ends(tmp_path):
-    run = ProgramRun(program(tmp_path), pose_of([0.6, 0.3, 0.55], np.radians([-90, 0, -90])))
+    run = ProgramRun(program(tmp_path), pose([0.6, 0.3, 0.55], [-90, 0, -90]))
     assert "1/2 near" in run.words
     T = follow(run, run.update(np.eye(4), 0.0).T_base_tool, 0.9)
     assert "2/2 far" in run.words and run.reached == 1
@@ -69,13 +70,13 @@ def test_waypoints_are_reached_in_order_with_their_dwell_and_the_program_ends(tm
 
 
 def test_a_loop_begins_anew(tmp_path):
-    run = ProgramRun(program(tmp_path, "loop = true"), pose_of([0.6, 0.3, 0.55], np.zeros(3)))
-    follow(run, pose_of([0.6, 0.3, 0.55], np.zeros(3)), 20.0)
+    run = ProgramRun(program(tmp_path, "loop = true"), pose([0.6, 0.3, 0.55], [0, 0, 0]))
+    follow(run, pose([0.6, 0.3, 0.55], [0, 0, 0]), 20.0)
     assert not run.done and run.reached > 4
 
 
 def test_the_goal_waits_on_the_line_for_an_arm_that_had_to_give_way(tmp_path):
-    start = pose_of([0.6, 0.5, 0.55], np.radians([-90, 0, -90]))
+    start = pose([0.6, 0.5, 0.55], [-90, 0, -90])
     run = ProgramRun(program(tmp_path), start)
     T = follow(run, start, 0.5)
     T[2, 3] += 0.3  # pushed off the line, and held there
@@ -88,7 +89,7 @@ def test_the_goal_waits_on_the_line_for_an_arm_that_had_to_give_way(tmp_path):
 
 
 def test_a_place_that_the_tool_is_pushed_from_while_it_stays_is_not_held(tmp_path):
-    start = pose_of([0.6, 0.3, 0.55], np.radians([-90, 0, -90]))
+    start = pose([0.6, 0.3, 0.55], [-90, 0, -90])
     run = ProgramRun(program(tmp_path), start)
     near = run.program.waypoints[0]
     while not run._stay > 0.0:
@@ -110,7 +111,7 @@ def test_a_place_that_the_tool_is_pushed_from_while_it_stays_is_not_held(tmp_pat
         ("[0.6, 0.17, 0.55]", "[0.6, 0.17]", "position_m"),
         ("dwell_s = 0.2", "dwell_s = -1.0", "dwell_s"),
         ("title", "tittle", "tittle"),
-        ("0.55", "inf", "not finite"),
+        ("0.55", "inf", "position_m = .*; give 3 finite numbers"),
     ],
 )
 def test_a_bad_program_is_one_line_that_names_the_key(tmp_path, old, new, told):
@@ -147,9 +148,8 @@ def engine(robot, skin, tmp_path):
     world = World(())
     eye = SimulatedSkin(robot, skin, world, 0, ErrorModel(ideal=True))
     two = program(tmp_path)
-    return assemble(
-        robot, skin, SimulatedArm(robot), eye, world, ManualClock(), rate=100, programs={"two": two}
-    )
+    start = Start(programs={"two": two})
+    return assemble(robot, skin, SimulatedArm(robot), eye, world, ManualClock(), start, 100)
 
 
 def run(engine, seconds, *actions):

@@ -9,26 +9,27 @@ from hypothesis import strategies as st
 
 from app.cell.parts import Box, Cell
 from app.config import Params
-from app.control import whole_body as whole_body_module
-from app.control.avoidance import Avoidance
+from app.control import qp_controller
+from app.control.bounds.pairs import PairBounds
+from app.control.bounds.rows import Rows
 from app.control.capsules import fit_capsules
-from app.control.clearance import KEPT, Clearance
+from app.control.clearance import Clearance
+from app.control.gaps import KEPT
 from app.control.goals import goal_error
 from app.control.limits import velocity_box
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.control.qp import Costs, solve
-from app.control.rows import Bounds, Rows
-from app.control.whole_body import WholeBody
 from app.errors import FlinchError
 from app.messages import Goal, JointState, Pairs
 from app.robot.arm import SimulatedArm
+from tests.alone import alone, bound_by
 
 QP = Params(mode="qp")
 
 
 @pytest.fixture(scope="module")
 def whole_body(robot):
-    return WholeBody(robot)
+    return alone(robot)
 
 
 @pytest.fixture
@@ -52,7 +53,7 @@ def rows_of(jacobian, low):
     m = len(low)
     return Rows(
         np.asarray(jacobian, float), np.asarray(low, float), np.full(m, 50.0), np.full(m, 100.0),
-        np.arange(m), np.zeros(m, dtype=bool), np.zeros(m, dtype=bool),
+        np.arange(m), np.zeros(m, dtype=bool), np.zeros(m, dtype=bool), np.array([m]),
     )  # fmt: skip
 
 
@@ -156,10 +157,7 @@ def test_manipulability_has_the_gradient_of_finite_differences(robot):
 
 def of_the_world(robot, posture, pairs, params):
     """As wide as can be: nothing is left out because it cannot be broken, nothing is eased in."""
-    wide = np.full(robot.n, np.inf)
-    rows = Bounds(robot).rows(posture, pairs, params, -wide, wide, np.zeros(robot.n), 1e6)
-    world = rows.source >= 0
-    return Rows(*[v[world] for v in rows])
+    return bound_by(robot, PairBounds(), posture, pairs, params)
 
 
 def bound(robot, distance, w=0.0, **changes):
@@ -176,8 +174,8 @@ def test_a_bound_lets_approach_fade_to_nothing_at_d_s(robot):
     assert bound(robot, 0.25) == pytest.approx(0.0)
     assert bound(robot, 0.30) == pytest.approx(-0.05 / 0.35)
     assert bound(robot, 0.20) == pytest.approx(0.05 / 0.35)
-    assert bound(robot, -0.50, authority_cap=False) == pytest.approx(0.5)  # v_esc
-    assert 0.0 < bound(robot, 0.15) < 0.25 < bound(robot, 0.15, authority_cap=False)
+    assert bound(robot, -0.50, speed=1.0) == pytest.approx(0.5)  # v_esc
+    assert 0.0 < bound(robot, 0.15) < 0.25  # a share of what the joints can do
     assert 0.25 < bound(robot, 0.05) <= 0.5  # what is close may ask for more
 
 
@@ -252,7 +250,7 @@ def test_the_arm_does_not_run_into_itself_or_the_table(robot):
     T = np.eye(4)
     T[2, 3] = -0.05
     table = Cell(boxes=(Box("table", T, np.array([2.0, 2.0, 0.1])),))
-    control, clearance = WholeBody(robot, table), Clearance(robot, table)
+    control, clearance = alone(robot, "qp", table), Clearance(robot, table)
     for place in ([0.15, 0.1, -0.3], [0.6, 0.3, -0.2]):  # beside the base, and out on the table
         goal = robot.posture(robot.home).T_base_tool.copy()
         goal[:3, 3] = place
@@ -333,7 +331,7 @@ def test_an_unsolved_tick_brakes_with_a_reason_and_three_stop(robot, control, mo
     away = Goal(robot.posture(robot.home + 0.5).T_base_tool)
     for _ in range(50):
         before = control.update(posture, s, NOTHING, away, QP, 0.004)
-    monkeypatch.setattr(whole_body_module, "solve", lambda *_: None)
+    monkeypatch.setattr(qp_controller, "solve", lambda *_: None)
     for _ in range(2):
         c = control.update(posture, s, NOTHING, away, QP, 0.004)
         assert "no solution" in c.reason and np.abs(c.qd).max() < np.abs(before.qd).max()
@@ -375,7 +373,7 @@ def test_any_threats_give_a_finite_bounded_command(
     T[:3, 3] = goal
     state = JointState(0.0, q, np.zeros(6))
     approach = np.array([t[1][0] for t in threats])
-    for c in (whole_body, Avoidance(robot), Avoidance(robot, "links")):
+    for c in (whole_body, alone(robot, "wb"), alone(robot, "multi"), alone(robot, "ssm")):
         previous = np.zeros(6)
         for _ in range(3):
             command = c.update(posture, state, pairs, Goal(T) if run else None, QP, 0.004, approach)

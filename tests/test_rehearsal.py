@@ -5,13 +5,12 @@ import sys
 
 CODE = """
 from dataclasses import replace
-from typing import get_args
 
 from app.actions import AddObstacle, SetMode, SetParams
 from app.compiled import kernels
-from app.config import ControlMode
+from app.config import MODES
 from app.messages import Mode
-from app.rehearsal import SWITCHES, rehearse
+from app.rehearsal import SWITCHES, rehearse, turned
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
@@ -24,17 +23,17 @@ engine = build_engine(Setup(scene="front-panel", rate=125.0), ManualClock())
 rehearse(engine.robot, engine.skin, engine.cell, engine.brain.params)
 before = versions()
 base = engine.brain.params
-def turned(name):
-    return {} if name == "mode" else {name: not getattr(base, name)}
+def other(name):
+    return {} if name == "mode" else {name: getattr(turned(base, name), name)}
 found = {}
 engine.post(AddObstacle("ball", {"kind": "sphere", "radius_m": 0.08}, (0.5, 0.35, 0.5)))
-for mode in get_args(ControlMode):
+for mode in tuple(MODES):
     for name in ("mode", *SWITCHES):
         plain = {s: getattr(base, s) for s in SWITCHES}
-        engine.post(SetParams(plain | {"mode": mode} | turned(name)))
+        engine.post(SetParams(plain | {"mode": mode} | other(name)))
         if name == "memory":
             engine.post(SetMode(Mode.STOPPED))
-        if name == "many_pairs":
+        if name == "obstacle_speed":
             engine.post(SetMode(Mode.RUNNING))
         for _ in range(40):
             s = engine.step()

@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.control.avoidance import Avoidance
 from app.control.programs import Program, ProgramRun, Waypoint
-from app.control.whole_body import WholeBody
 from app.messages import Pairs
 from app.robot.arm import SimulatedArm
+from tests.alone import alone
 
 DT = 0.01
 CAME, LEFT = 1.5, 3.0  # [s] a hand beside the tool
@@ -26,7 +25,7 @@ def hand(T_base_tool, there):
 
 @pytest.mark.parametrize("kind", ["wb", "qp"])
 def test_the_tool_returns_to_its_line_after_it_gave_way_and_reaches_the_waypoint(robot, kind):
-    control = WholeBody(robot) if kind == "qp" else Avoidance(robot)
+    control = alone(robot, kind)
     params = Params(mode=kind)
     start = robot.posture(robot.home).T_base_tool
     end = np.array(start)

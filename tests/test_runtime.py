@@ -11,14 +11,13 @@ from app.actions import (
     SetMode,
     SetParams,
 )
-from app.config import Params
 from app.messages import Mode, SensorHealth
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.schedule import LATENCY
 from app.sensing.simulated import SimulatedSkin
 from app.timing import ManualClock
-from app.wiring import assemble
+from app.wiring import Start, assemble
 from app.world.world import World
 
 
@@ -31,7 +30,7 @@ class Bench:
         self.eye = SimulatedSkin(robot, skin, self.world, 0, ErrorModel(ideal=True))
         self.clock = ManualClock()
         self.engine = assemble(
-            robot, skin, self.arm, self.eye, self.world, self.clock, params=params
+            robot, skin, self.arm, self.eye, self.world, self.clock, Start(params=params)
         )
 
     def run(self, seconds, *actions):
@@ -253,7 +252,7 @@ def test_the_thread_runs_and_ends(robot, skin):
 
     world = World(())
     eye = SimulatedSkin(robot, skin, world, 0, ErrorModel(ideal=True))
-    engine = assemble(robot, skin, SimulatedArm(robot), eye, world, WallClock(), params=Params())
+    engine = assemble(robot, skin, SimulatedArm(robot), eye, world, WallClock())
     engine.start()
     first = None
     while first is None or first.tick < 5:

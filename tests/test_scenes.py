@@ -13,7 +13,7 @@ from app.messages import Goal
 from app.perception.static_filter import StaticFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.world.scene import PRESETS, Scene, find_scene, load_scene
+from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 from tests.fakes import first_hits
 
@@ -32,7 +32,7 @@ def begun(name: str, robot: Robot) -> tuple[Scene, World, Posture, TrueDistance]
 @pytest.mark.parametrize("name", SHIPPED)
 def test_every_shipped_scene_begins_clear_of_the_arm_and_knows_its_table(name, robot):
     scene, world, posture, truth = begun(name, robot)
-    assert scene.name == name and scene.title and dict(scene.presets)
+    assert scene.name == name and scene.title
     assert {"floor", "table", "pedestal"} <= set(scene.cell.names)
     distance = truth.measure(posture.T_base_link, world, leave_out=["table", "pedestal"])
     assert distance[1:].min() > 0.08
@@ -129,14 +129,8 @@ def test_a_scene_is_found_by_path_and_an_unknown_name_lists_the_known(tmp_path):
     assert find_scene(str(path)) == path
     scene = load_scene(path)
     assert (scene.name, scene.bodies, scene.goal, scene.home) == ("mine", (), None, None)
-    assert scene.presets is PRESETS
     with pytest.raises(WorldError, match=r"'cel'.*did you mean 'cell'\? known: .*empty"):
         find_scene("cel")
-
-
-def test_every_preset_can_be_added_to_a_world():
-    world = World([])
-    assert [world.add(n, t, (0.0, 0.0, 1.0)) for n, t in PRESETS.items()] == list(PRESETS)
 
 
 def test_a_whole_scene_is_read(tmp_path):
@@ -164,15 +158,11 @@ def test_a_whole_scene_is_read(tmp_path):
         name = "corner"
         position_m = [0, 1, 0]
         size_m = [1, 2, 3]
-        [[preset]]
-        name = "egg"
-        shape = { kind = "sphere", radius_m = 0.03 }
         """)
     scene = load_scene(path)
     assert scene.home == pytest.approx([0.0, np.pi / 2])
     assert isinstance(scene.goal, Goal)
     assert np.diag(scene.goal.T_base_tool) == pytest.approx([1, -1, -1, 1])
-    assert scene.presets == {"egg": {"kind": "sphere", "radius_m": 0.03}}
     assert [(b.name, *b.size) for b in scene.cell.boxes] == [("corner", 1, 2, 3)]
     world = World(scene.bodies)
     ball, moon = world.poses()
@@ -193,9 +183,10 @@ ANN = '[[person]]\nname = "ann"\nspeed_mps = 1\n'
         ("title = ", ["not valid TOML"]),
         ("title = 3", ["title = 3", "text"]),
         ('title = "t"\n[[bdoy]]', ["unknown key 'bdoy'", "'body'"]),
-        ("[[body]]\nshape = {}", ["body 1", "'name' is missing"]),
+        ("[[body]]\nmargin_m = 1", ["body 1", "'name' is missing"]),
+        ('[[body]]\nname = ""', ["body 1", "name = ''", "a text"]),
         ("body = 3", ["body = 3", "a list"]),
-        ("body = [3]", ["body 1", "[[body]]"]),
+        ("body = [3]", ["body 1 = 3", "a table with name, shape"]),
         ('[[body]]\nname = "a"', ["body 'a'", "'shape' is missing"]),
         (f"[[body]]\n{BALL}[[body]]\n{BALL}", ["'ball' comes twice"]),
         (f"[[body]]\n{BALL}color = 1", ["body 'ball'", "'color'", "did you mean 'colour'"]),
@@ -245,7 +236,7 @@ ANN = '[[person]]\nname = "ann"\nspeed_mps = 1\n'
         ("[goal]\nrpy_deg = [0, 0, 0]", ["goal", "'position_m' is missing"]),
         ("home_deg = []", ["home_deg is empty"]),
         ('home_deg = [0, "1"]', ["home_deg", "2 finite numbers"]),
-        ('[[preset]]\nname = "p"\nshape = { kind = "egg" }', ["preset 'p'", "'egg'", "sphere"]),
+        ('[[body]]\nname = "p"\nshape = { kind = "egg" }', ["body 'p'", "'egg'", "sphere"]),
     ],
 )
 def test_a_bad_scene_is_told_in_one_line_with_file_entry_and_key(content, told, tmp_path):

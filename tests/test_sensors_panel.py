@@ -10,7 +10,7 @@ from app.actions import UseSensor
 from app.messages import SensorHealth
 from app.ui.panels.health_panel import HealthPanel, latency
 from app.ui.panels.sensors_panel import SensorsPanel
-from app.ui.server import serving
+from tests.ui_page import serving
 
 
 @pytest.fixture

@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.control.rows import Bounds
+from app.control.bounds.pairs import PairBounds
+from app.control.bounds.separation import SeparationBounds
+from app.control.registry import kind_of
 from app.control.separation import allowed_speed, needed, person_speed, protective_distance
-from app.control.whole_body import WholeBody
 from app.messages import Goal, JointState, Pairs
+from tests.alone import alone, bound_by
 
 DISTANCES = np.array([0.3, 0.5, 0.8, 1.2])
 
@@ -33,16 +35,15 @@ def test_the_allowed_speed_is_the_one_whose_protective_distance_is_there():
 def test_as_a_bound_it_limits_the_approach_and_never_demands_a_retreat(robot):
     posture = robot.posture(robot.home)
     tool = posture.T_base_tool[:3, 3].copy()
-    n, bounds = np.array([[-1.0, 0.0, 0.0]]), Bounds(robot)
+    n = np.array([[-1.0, 0.0, 0.0]])
 
     def low(distance, **settings):
         d = np.array([distance])
         on = tool[None]
         pairs = Pairs(np.array([6]), d, on, on - d * n, n, np.zeros(1, dtype=int), 0)
         params = Params(mode="qp", xi=3.0, **settings)
-        wide = np.full(6, np.inf)
-        rows = bounds.rows(posture, pairs, params, -wide, wide, np.zeros(6), 1e6)
-        return float(rows.low[rows.source == 0][0])
+        kinds = (PairBounds(), *((SeparationBounds(),) if params.separation else ()))
+        return float(bound_by(robot, kinds, posture, pairs, params).low.max())
 
     assert low(0.55) < low(0.55, separation=True) < 0.0
     assert low(0.3, separation=True) == pytest.approx(0.0)  # a person could be there in time
@@ -75,7 +76,7 @@ def test_a_measured_person_is_believed_with_a_margin_and_never_taken_for_faster_
 
 
 def test_the_ring_is_of_the_nearest_pair_at_the_speed_that_is_measured(robot):
-    control, params = WholeBody(robot), Params(mode="ssm")
+    control, params = alone(robot, "ssm"), Params(mode="ssm")
     posture = robot.posture(robot.home)
     on = posture.T_base_tool[None, :3, 3].copy()
     d, n = np.array([0.8]), np.array([[-1.0, 0.0, 0.0]])
@@ -95,12 +96,17 @@ def test_the_ring_is_of_the_nearest_pair_at_the_speed_that_is_measured(robot):
     assert ring(-0.2 * J) == pytest.approx(float(protective_distance(np.array(v), params)))
     assert ring(0.2 * J) == pytest.approx(ring(still))  # it goes away
     assert ring(still, age=0.3) > ring(still) + 0.3
-    assert ring(still, Params()) == 0.0
+    control = alone(robot)
+    assert ring(still, Params()) == 0.0 < ring(still, Params(separation=True))
 
 
-@pytest.mark.parametrize("distance", [0.45, 0.65, 1.1])
-def test_with_the_qp_it_bounds_the_approach_as_far_out_as_it_reaches(robot, distance):
-    """Also beyond d_inf, where the QP itself bounds nothing."""
+@pytest.mark.parametrize("mode", ["qp", "ssm"])
+@pytest.mark.parametrize(
+    ("distance", "slow"), [(0.45, {}), (0.65, {}), (1.1, {}), (1.7, {"ssm_margin": 1.0}),
+                           (3.0, {"ssm_margin": 1.0, "ssm_reaction": 1.0})],
+)  # fmt: skip
+def test_it_bounds_the_approach_at_every_distance(robot, mode, distance, slow):
+    """Also beyond d_inf, where the QP itself bounds nothing, and beyond where memory looks."""
     posture = robot.posture(robot.home)
     on, n = posture.T_base_tool[None, :3, 3].copy(), np.array([[-1.0, 0.0, 0.0]])
     pairs = Pairs(
@@ -112,14 +118,15 @@ def test_with_the_qp_it_bounds_the_approach_as_far_out_as_it_reaches(robot, dist
     J = posture.distance_rows(pairs.link, on, n)[0]
 
     def closing(**settings):
-        params = Params(mode="qp", v_max=1.0, speed=1.0, xi=3.0, **settings)
-        control, qd = WholeBody(robot), np.zeros(robot.n)
+        params = Params(mode=mode, v_max=1.0, speed=1.0, xi=3.0, **slow, **settings)
+        control, qd = alone(robot, mode), np.zeros(robot.n)
         for _ in range(300):
             joints = JointState(0.0, robot.home, qd)
             qd = control.update(posture, joints, pairs, Goal(far), params, 0.004).qd
-        return float(-J @ qd), float(allowed_speed(np.array(distance - 0.012), params))
+        return float(-J @ qd), float(allowed_speed(np.array(distance), params))
 
     fast, allowed = closing(separation=True)
     assert fast <= allowed + 1e-6
-    if distance > 0.6:
+    assert kind_of(mode).needs(Params(mode=mode, separation=True)).reach == np.inf
+    if mode == "qp" and distance > 0.6:
         assert closing(separation=False)[0] > allowed + 0.05

@@ -14,7 +14,7 @@ from app.sensing.serial_skin import SerialSkin
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import lines
 from app.timing import ManualClock
-from app.wiring import assemble
+from app.wiring import Start, assemble
 from app.world.world import World
 from tests.ports import Board, HandPort, raw
 
@@ -37,7 +37,8 @@ class Cell:
         if mixed:
             eye = SimulatedSkin(robot, skin, self.world, 0, ErrorModel(ideal=True))
             source = MixedSkin(self.source, eye)
-        self.engine = assemble(robot, skin, self.arm, source, self.world, self.clock, params=params
+        self.engine = assemble(robot, skin, self.arm, source, self.world, self.clock,
+            Start(params=params),
         )  # fmt: skip
 
     def run(self, seconds, *actions):
@@ -56,7 +57,7 @@ class Cell:
         return SetGoal(T)
 
     def running(self):
-        """Frames come and the arm moves."""
+        """FrameSource come and the arm moves."""
         s = self.run(0.3)
         s = self.run(0.5, self.away(s))
         assert s.status.mode is Mode.RUNNING and np.abs(s.joints.qd).max() > 0.05
@@ -129,9 +130,9 @@ def test_bytes_without_a_whole_frame_stop_the_arm_as_garbled(cell):
 
 
 def test_bit_errors_of_1e_4_cost_frames_but_no_wrong_one_gets_through(cell):
-    from app.virtual.skin.faults import Disturbed, Faults
+    from app.virtual.skin.faults import Faults, FaultyWire
 
-    cable = Disturbed(Faults(bits=1e-4), 0.0, seed=4)
+    cable = FaultyWire(Faults(bits=1e-4), 0.0, seed=4)
     cell.boards[0].garble = lambda packet: cable.wire(packet, 0.0)
     s = cell.run(2.5)
     assert s.status.mode is Mode.RUNNING

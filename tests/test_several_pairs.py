@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from app.perception.proximity import PAIRS, RENEW, BodyPairs, ManyPairs, SteadyPairs
+from app.perception.proximity import PAIRS, RENEW, BodyPairs, HeldPairs, ManyPairs
 from app.perception.spread import APART, LOOKS, TURN, VOXEL
 from tests.fakes import cloud_of
 from tests.test_proximity import signed_brute
@@ -231,7 +231,7 @@ def steady_slots(robot, hold, noise):
     T = posture.T_base_link[3]
     base = np.stack([(T @ [x, 0.3, 0.0393, 1.0])[:3] for x in (-0.45, -0.2)])
     body = BodyPairs(robot)
-    steady = SteadyPairs(body)
+    steady = HeldPairs(body)
     slots = []
     for i in range(20):
         points = base + T[:3, 1] * noise * np.array([[(-1.0) ** i], [0.0]])

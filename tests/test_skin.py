@@ -93,13 +93,21 @@ count = 3
     ("old", "new", "says"),
     [
         ("forearm_link", "forearm", r"link = 'forearm' .*did you mean 'forearm_link'"),
-        ("count = 3", "count = 0", r"skin.toml.*>= 1.*ring\[0\]\.count"),
-        ("radius_m = 0.06", "radius = 0.06", r"radius.*ring\[0\]"),
+        (
+            "count = 3",
+            "count = 0",
+            r"skin.toml: ring 'r': count = 0; give .*from 1 up to 100",
+        ),
+        (
+            "radius_m = 0.06",
+            "radius = 0.06",
+            r"ring 'r': unknown key 'radius'; did you",
+        ),
         ("axis = [1.0, 0.0, 0.0]", "axis = [0.0, 0.0, 0.0]", r"ring\[0\]: axis .*no direction"),
         ("start = [0.0, 0.0, 1.0]", "start = [2.0, 0.0, 0.0]", r"start is parallel"),
-        ("count = 3", "count = 3\nrotation_deg = 45", r"45.*ring\[0\]\.rotation_deg"),
+        ("count = 3", "count = 3\nrotation_deg = 45", r"ring 'r': rotation_deg = 45; give 0 or 90"),
         (RING, 'title = "t"', r"has no sensor"),
-        ('title = "t"', "title = 3", r"str.*title"),
+        ('title = "t"', "title = 3", r"title = 3; give a text in quotes"),
     ],
 )
 def test_a_broken_layout_is_named_with_file_key_and_remedy(robot, tmp_path, old, new, says):

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from app.checks.filter_calibration import calibrate
-from app.checks.skin import hand, simulate, skin_check, wall
+from app.checks.skin_check import judge_hand, judge_wall, simulate, skin_check
 from app.errors import SensorError
 from app.robot.skin import build_skin
 from app.wiring import Setup
@@ -15,9 +15,9 @@ from app.wiring import Setup
 def test_a_wall_tells_depth_along_the_axis_from_the_length_of_the_ray(robot, skin):
     depth = simulate(robot, skin, 15, "wall", 0)
     sensor = skin.sensors[15]
-    assert wall(depth, sensor)["convention"] == "axial"
+    assert judge_wall(depth, sensor)["convention"] == "axial"
     radial = depth * np.linalg.norm(skin.reach[15 * 64 : 16 * 64], axis=1)
-    found = wall(radial, sensor)
+    found = judge_wall(radial, sensor)
     assert found["convention"] == "radial" and not found["agrees"]
 
 
@@ -27,8 +27,8 @@ def test_a_hand_tells_how_the_zones_are_turned_and_mirrored(robot, skin, rotatio
     turned = tuple(replace(s, rotation_deg=rotation, mirrored=mirrored) for s in skin.sensors)
     really = build_skin("turned", turned, robot)
     depth = simulate(robot, really, 15, "hand", 0)
-    assert hand(depth, really.sensors[15])["agrees"]
-    found = hand(depth, skin.sensors[15])
+    assert judge_hand(depth, really.sensors[15])["agrees"]
+    found = judge_hand(depth, skin.sensors[15])
     assert (found["rotation_deg"], found["mirrored"]) == (rotation, mirrored)
     assert found["agrees"] == (rotation == 0 and not mirrored)
 
@@ -37,7 +37,7 @@ def test_a_hand_that_rests_is_refused_with_what_to_do(skin):
     depth = np.full((60, 64), 1.0)
     depth[:, 27] = 0.3
     with pytest.raises(SensorError, match="left to right"):
-        hand(depth, skin.sensors[15])
+        judge_hand(depth, skin.sensors[15])
 
 
 def test_a_check_reports_whether_the_layout_agrees():

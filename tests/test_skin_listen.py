@@ -5,8 +5,8 @@ import threading
 import numpy as np
 import pytest
 
-from app.checks.listen import listen
-from app.checks.skin import hand, simulate
+from app.checks.skin_check import judge_hand, simulate
+from app.checks.skin_port import record_port
 from app.errors import SensorError
 from app.sensing.wire import binary, lines
 from app.timing import WallClock
@@ -49,10 +49,10 @@ def shown(robot, skin, tmp_path):
 
 def test_a_hand_before_a_real_sensor_shows_that_its_zones_lie_right(shown, robot, skin):
     link, told = shown(binary.encode), []
-    k, depth = listen(
+    k, depth = record_port(
         f"{link}=ring2-06", robot, skin, "hand", WallClock(), told.append, seconds=PART
     )  # fmt: skip
-    assert k == 15 and hand(depth, skin.sensors[k])["agrees"]
+    assert k == 15 and judge_hand(depth, skin.sensors[k])["agrees"]
     assert told[0].startswith("move a hand once from left to right, as ring2-06 sees it")
     assert told[1].startswith("now once from top to bottom")
 
@@ -60,8 +60,8 @@ def test_a_hand_before_a_real_sensor_shows_that_its_zones_lie_right(shown, robot
 def test_mirrored_lines_read_as_plain_ones_are_found_out(shown, robot, skin):
     link = shown(lines.encode)
     text = f"{link}#lines-plain=ring2-06"
-    _, depth = listen(text, robot, skin, "hand", WallClock(), lambda _: None, seconds=PART)
-    found = hand(depth, skin.sensors[15])
+    _, depth = record_port(text, robot, skin, "hand", WallClock(), lambda _: None, seconds=PART)
+    found = judge_hand(depth, skin.sensors[15])
     assert found["mirrored"] and not found["agrees"]
 
 
@@ -69,7 +69,7 @@ def test_a_sensor_that_says_nothing_is_one_line(robot, skin, tmp_path):
     with PtyPort(tmp_path / "skin") as port:
         text = f"{port.link}=ring2-06"
         with pytest.raises(SensorError, match="ring2-06 has said nothing; its port is waiting"):
-            listen(text, robot, skin, "wall", WallClock(), lambda _: None, seconds=0.05)
+            record_port(text, robot, skin, "wall", WallClock(), lambda _: None, seconds=0.05)
     for text in ("/dev/a", "/dev/a=ring1", "auto=ring2-06", "/dev/a=ring1-01,/dev/b=ring1-02"):
         with pytest.raises(SensorError, match="name one port and one sensor"):
-            listen(text, robot, skin, "wall", WallClock(), lambda _: None)
+            record_port(text, robot, skin, "wall", WallClock(), lambda _: None)

@@ -6,9 +6,9 @@ import pytest
 from app.config import Params
 from app.control.goals import goal_error
 from app.control.stuck import ASIDE, DETOUR, PAUSE, Stuck
-from app.control.whole_body import WholeBody
 from app.messages import Command, Goal, Pairs
 from app.robot.arm import SimulatedArm
+from tests.alone import alone
 
 N = np.array([[-1.0, 0.0, 0.0]])
 WALL = Pairs(
@@ -75,7 +75,7 @@ def test_a_new_goal_begins_anew():
 @pytest.mark.parametrize("escape", [False, True])
 def test_a_post_before_the_goal_is_never_come_too_near_by_an_escape(robot, escape):
     """Perfect sight of a ball between tool and goal: with and without the escape."""
-    control, stuck, params = WholeBody(robot), Stuck(), Params(mode="qp", d_s=0.15)
+    control, stuck, params = alone(robot), Stuck(), Params(mode="qp", d_s=0.15)
     arm, dt = SimulatedArm(robot, lag=0.0), 0.02
     start = robot.posture(robot.home).T_base_tool
     goal = start.copy()

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.control.avoidance import Avoidance
 from app.messages import Goal, JointState, Pairs
 from app.robot.posture import Posture
+from tests.alone import Alone, TaskPriorityController, alone
 
 
 def pairs_of(links, points, normals, distances):
@@ -41,10 +41,13 @@ def test_every_near_link_gives_way_at_once(robot):
     posture = robot.posture(robot.home)
     pairs = two_threats(posture, 0.19, 0.19)
     rates = posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal)
-    away = Params(authority_cap=False)
-    both = rates @ settled(Avoidance(robot, "links"), robot, pairs, away).qd
+    every, one_row = (
+        Alone(robot, TaskPriorityController(robot, every_link=every, published=True))
+        for every in (True, False)
+    )
+    both = rates @ settled(every, robot, pairs).qd
     assert both == pytest.approx([0.22, 0.22], abs=1e-3)
-    one = rates @ settled(Avoidance(robot), robot, pairs, away).qd
+    one = rates @ settled(one_row, robot, pairs).qd
     assert one[0] == pytest.approx(0.22, abs=1e-3) and abs(one[1] - 0.22) > 0.05
 
 
@@ -55,21 +58,19 @@ def test_a_change_of_the_closest_link_moves_only_the_controller_that_knows_one_p
 
     def jump(rows):
         at = [
-            settled(
-                Avoidance(robot, rows), robot, two_threats(posture, 0.22 - e, 0.22 + e), goal=goal
-            )
+            settled(alone(robot, rows), robot, two_threats(posture, 0.22 - e, 0.22 + e), goal=goal)
             for e in (1e-6, -1e-6)
         ]
         return np.abs(at[0].qd - at[1].qd).max()
 
-    assert jump("links") < 1e-3 < 0.05 < jump("closest")
+    assert jump("multi") < 1e-3 < 0.05 < jump("wb")
 
 
 def test_a_row_comes_and_goes_without_a_jump(robot):
     """A second link enters the range: from nothing to fully active, in small steps."""
     posture = robot.posture(robot.home)
     goal = Goal(posture.T_base_tool)
-    control = Avoidance(robot, "links")
+    control = alone(robot, "multi")
     path = np.array([
         settled(control, robot, two_threats(posture, 0.25, d), goal=goal).qd
         for d in np.linspace(0.31, 0.19, 121)
@@ -82,7 +83,7 @@ def test_a_link_with_little_authority_fades_out_instead_of_vanishing(robot):
     """The normal turns until the joints can hardly do anything: no step in the command."""
     posture = robot.posture(robot.home)
     point = posture.T_base_link[2, :3, 3] + [0.0, 0.0, 0.1]
-    control, last, largest = Avoidance(robot), None, 0.0
+    control, last, largest = alone(robot, "wb"), None, 0.0
     for turn in np.linspace(0.0, np.pi / 2, 181):
         pairs = pairs_of([2], [point], [[np.cos(turn), 0.0, np.sin(turn)]], [0.2])
         qd = settled(control, robot, pairs).qd
@@ -97,9 +98,9 @@ def test_the_speed_of_the_obstacle_is_added_to_the_retreat(robot):
     rate = posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal)[0]
 
     def retreat(w, **settings):
-        params = Params(authority_cap=False, speed=1.0, **settings)
+        params = Params(speed=1.0, **settings)
         approach = np.array([w, 0.0])
-        return float(rate @ settled(Avoidance(robot), robot, pairs, params, None, approach).qd)
+        return float(rate @ settled(alone(robot, "paper"), robot, pairs, params, None, approach).qd)
 
     assert retreat(0.0) == pytest.approx(0.30, abs=1e-3)
     assert retreat(0.2) == pytest.approx(0.50, abs=1e-3)
@@ -107,7 +108,7 @@ def test_the_speed_of_the_obstacle_is_added_to_the_retreat(robot):
 
 
 def test_a_smaller_share_of_the_speed_is_reached_by_braking(robot):
-    control, posture = Avoidance(robot), robot.posture(robot.home)
+    control, posture = alone(robot, "wb"), robot.posture(robot.home)
     away = Goal(robot.posture(robot.home + 0.5).T_base_tool)
     nothing = two_threats(posture, 9.0, 9.0)
     state = JointState(0.0, robot.home, np.zeros(6))

@@ -6,9 +6,9 @@ import trimesh
 
 from app.errors import WorldError
 from app.judge.truth import TrueDistance
+from app.poses import transform
 from app.world.motion import Still
 from app.world.shapes import make_shape
-from app.world.tables import transform
 from app.world.world import Body, World
 from tests.test_world import SHAPES, signed_distance
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from app.messages import Array
 from app.ui.scene.poses import STILL, Nodes, follow, quaternion, wxyz
-from app.ui.server import serving
+from tests.ui_page import serving
 
 COUNT = 12
 

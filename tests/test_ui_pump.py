@@ -11,12 +11,12 @@ from app.messages import Mode, Snapshot
 from app.timing import Latest, ManualClock
 from app.ui.page import Page
 from app.ui.pump import Pump
-from app.ui.server import serving
 from app.ui.traffic import Traffic
 from tests.ui_page import (  # noqa: F401 - fixtures
     FakeEngine,
     at,
     body,
+    serving,
     show,
     snapshot,
     the_built,

@@ -21,8 +21,8 @@ from app.ui import knock
 from app.ui.access import Access
 from app.ui.gate import Gate
 from app.ui.page import Page
-from app.ui.server import close_page, open_page, page_url, serving
-from tests.ui_page import FakeEngine, the_built, the_engine, the_page  # noqa: F401 - fixtures
+from app.ui.server import close_page, open_page, page_url
+from tests.ui_page import FakeEngine, serving, the_built, the_engine, the_page  # noqa: F401 - fixtures
 
 
 def status(server: viser.ViserServer, origin: str | None, address: str = "") -> int:

@@ -14,7 +14,6 @@ from app.robot.ur import apart, link, stream
 from app.robot.ur.apart import ControlApart
 from app.robot.ur.driver import UrArm
 from app.robot.ur.limits import ACCELERATION, REDUCED_SHARE, SPEED
-from app.virtual.ur.controller import standing_after
 from app.virtual.ur.faults import LINKS
 from tests.virtual_ur import (
     CLOCK,
@@ -25,6 +24,7 @@ from tests.virtual_ur import (
     drive,
     driven_until,
     own_address,
+    standing_after,
     timed_drive,
 )
 

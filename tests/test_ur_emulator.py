@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from app.errors import ConfigError
 from app.robot.ur.wire import Kind, Packet, WireError, pack
-from app.virtual.ur.controller import HALT, REDUCED_SPEED, Controller, standing_after
+from app.virtual.ur.controller import HALT, REDUCED_SPEED, UrController
 from app.virtual.ur.dashboard import answer
 from app.virtual.ur.faults import Fault, parse_fault
 from app.virtual.ur.rtde import RtdeClient
-from tests.virtual_ur import HOME
+from tests.virtual_ur import HOME, standing_after
 
 SCRIPT = "def rtde_control():\nend\n"
 
@@ -36,14 +36,14 @@ def speed(controller, v, acceleration=4.0):
 
 @pytest.fixture
 def controller():
-    c = Controller(HOME)
+    c = UrController(HOME)
     c.upload(SCRIPT)
     run(c, 0.2)
     return c
 
 
 def test_a_program_says_that_it_is_ready_once_it_runs():
-    c = Controller(HOME)
+    c = UrController(HOME)
     c.upload(SCRIPT)
     c.step()
     assert not c.playing and c.read("output_int_register_0") == 0
@@ -131,7 +131,7 @@ def test_a_protective_stop_ends_the_program_and_must_be_unlocked(controller):
 
 
 def test_a_fault_begins_after_the_first_motion():
-    c = Controller(HOME, [Fault("protective", 0.1), Fault("drop", 0.2, 0.3)])
+    c = UrController(HOME, [Fault("protective", 0.1), Fault("drop", 0.2, 0.3)])
     c.upload(SCRIPT)
     run(c, 1.0)
     assert c.safety_mode == 1
@@ -154,7 +154,7 @@ def test_the_speed_slider_scales_a_velocity_and_is_told(controller):
 
 
 def test_a_client_moves_the_slider_when_its_mask_says_so():
-    c = Controller(HOME)
+    c = UrController(HOME)
     c.write({"speed_slider_mask": 0, "speed_slider_fraction": 0.3})
     assert c.read("target_speed_fraction") == 1.0
     c.write({"speed_slider_mask": 1, "speed_slider_fraction": 0.3})
@@ -177,7 +177,7 @@ def test_reduced_mode_slows_the_arm_to_its_limit_and_tells_by_how_much(controlle
 
 
 def test_a_slider_and_reduced_mode_are_faults_with_a_time():
-    c = Controller(HOME, [parse_fault("slider@0.1:0.5"), parse_fault("reduced@0.2")])
+    c = UrController(HOME, [parse_fault("slider@0.1:0.5"), parse_fault("reduced@0.2")])
     c.upload(SCRIPT)
     run(c, 0.2)
     speed(c, 0.2)
@@ -203,7 +203,7 @@ def setup(client, *recipe):
 
 
 def test_an_input_belongs_to_one_client_until_it_leaves():
-    controller, owners = Controller(HOME), {}
+    controller, owners = UrController(HOME), {}
     first, second = RtdeClient(controller, owners), RtdeClient(controller, owners)
     assert setup(first, "input_int_register_0") == b"\x01INT32"
     assert setup(first, "input_int_register_0", "input_double_register_1") == b"\x02INT32,DOUBLE"
@@ -213,7 +213,7 @@ def test_an_input_belongs_to_one_client_until_it_leaves():
 
 
 def test_an_unknown_output_is_named_and_nothing_is_started():
-    client = RtdeClient(Controller(HOME), {})
+    client = RtdeClient(UrController(HOME), {})
     reply = client.take(Packet(Kind.OUTPUTS, struct.pack(">d", 500.0) + b"actual_q,mood,"))
     assert reply[3:] == b"\x01VECTOR6D,NOT_FOUND"
     assert client.take(Packet(Kind.START, b"")) == pack(Kind.START, b"\x00")
@@ -221,14 +221,14 @@ def test_an_unknown_output_is_named_and_nothing_is_started():
 
 
 def test_a_slow_client_is_sent_every_fourth_state():
-    client = RtdeClient(Controller(HOME), {})
+    client = RtdeClient(UrController(HOME), {})
     client.take(Packet(Kind.OUTPUTS, struct.pack(">d", 125.0) + b"timestamp"))
     client.take(Packet(Kind.START, b""))
     assert sum(bool(client.data()) for _ in range(40)) == 10
 
 
 def test_data_without_its_recipe_is_refused():
-    client = RtdeClient(Controller(HOME), {})
+    client = RtdeClient(UrController(HOME), {})
     with pytest.raises(WireError, match="recipe 1"):
         client.take(Packet(Kind.DATA, b"\x01\x00\x00\x00\x09"))
     with pytest.raises(WireError, match="kind 0"):
@@ -237,7 +237,7 @@ def test_data_without_its_recipe_is_refused():
 
 @given(st.lists(st.tuples(st.sampled_from([*b"VvMUOISP", 0, 255]), st.binary(max_size=60))))
 def test_a_client_that_talks_garbage_is_answered_or_refused_in_words(packets):
-    client = RtdeClient(Controller(HOME), {})
+    client = RtdeClient(UrController(HOME), {})
     for packet in packets:
         try:
             client.take(Packet(*packet))
@@ -247,7 +247,7 @@ def test_a_client_that_talks_garbage_is_answered_or_refused_in_words(packets):
 
 
 def test_the_dashboard_tells_the_state_and_what_it_does_not_understand():
-    c = Controller(HOME, [Fault("local")])
+    c = UrController(HOME, [Fault("local")])
     assert answer(c, "is in remote control") == "false"
     assert answer(c, "robotmode") == "Robotmode: RUNNING"
     assert "could not understand" in answer(c, "make coffee")

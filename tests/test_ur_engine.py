@@ -12,10 +12,9 @@ from app.robot.ur.driver import UrArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
-from app.virtual.ur.controller import standing_after
 from app.wiring import assemble
 from app.world.world import World
-from tests.virtual_ur import VirtualUr
+from tests.virtual_ur import VirtualUr, standing_after
 
 
 @pytest.fixture

@@ -8,8 +8,7 @@ pytest.importorskip("rtde_control", reason="ur-rtde has no wheel for this machin
 from app.robot.ur.driver import UrArm
 from app.robot.ur.limits import SPEED
 from app.timing import WallClock
-from app.virtual.ur.controller import standing_after
-from tests.virtual_ur import VirtualUr
+from tests.virtual_ur import VirtualUr, standing_after
 
 pytestmark = pytest.mark.slow
 CLOCK = WallClock()

@@ -14,7 +14,7 @@ from app.robot.ur.link import RTDE, Link
 from app.robot.ur.stream import Stream
 from app.robot.ur.wire import Kind, pack, split
 from app.virtual.ur import rtde
-from app.virtual.ur.controller import Controller
+from app.virtual.ur.controller import UrController
 from app.virtual.ur.faults import LINKS
 from app.virtual.ur.rtde import RtdeClient
 from tests.virtual_ur import CLOCK, HOME, LONGEST, VirtualUr, own_address
@@ -23,7 +23,7 @@ from tests.virtual_ur import CLOCK, HOME, LONGEST, VirtualUr, own_address
 @contextlib.contextmanager
 def talker(garbage=b""):
     """A controller that shakes hands and sends one state, then `garbage` when it is told to."""
-    client, host, go = RtdeClient(Controller(HOME), {}), own_address(), threading.Event()
+    client, host, go = RtdeClient(UrController(HOME), {}), own_address(), threading.Event()
 
     def talk():
         with listening.accept()[0] as peer:

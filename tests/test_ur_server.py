@@ -14,14 +14,14 @@ from app.robot.ur import link as ur_link
 from app.robot.ur.dashboard import dashboard
 from app.robot.ur.link import Link
 from app.robot.ur.wire import Kind, WireError, pack, split, unpack_values
-from app.virtual.ur.controller import Controller
-from app.virtual.ur.server import DASHBOARD, RTDE, SCRIPT, Emulator
+from app.virtual.ur.controller import UrController
+from app.virtual.ur.server import DASHBOARD, RTDE, SCRIPT, UrServer
 from tests.virtual_ur import HOME, own_address
 
 
 @pytest.fixture
 def served():
-    emulator = Emulator(Controller(HOME), own_address())
+    emulator = UrServer(UrController(HOME), own_address())
     emulator.start()
     yield emulator
     emulator.stop()
@@ -61,7 +61,7 @@ def test_garbage_sends_that_client_away_and_the_server_lives(served, port, caplo
 
 def test_a_second_one_on_the_same_address_is_refused_in_one_line(served):
     with pytest.raises(ServerError, match=r"29999 cannot be opened .*--host") as error:
-        Emulator(Controller(HOME), served.host).start()
+        UrServer(UrController(HOME), served.host).start()
     assert "\n" not in str(error.value)
 
 

@@ -253,10 +253,16 @@ def test_what_the_table_prints_is_read_back(sent, mirrored, cuts):
     assert np.array_equal(got.distance[seen], sent.distance[seen])
 
 
+def on_one_line(frame: RawFrame, mirrored: bool) -> bytes:
+    """All zones on one line, after `DATA:`, as some boards print them."""
+    shown = lines.encode(frame, mirrored).split()
+    return b"DATA:" + b",".join(shown) + b"\r\n"
+
+
 @given(frames(), st.booleans(), st.booleans(), shares)
 def test_what_number_lines_print_is_read_back(sent, mirrored, one_line, cuts):
     sent = replace(sent, distance=np.clip(sent.distance, -4000, 3999).astype(np.int16))
-    encode = lines.encode_one_line if one_line else lines.encode
+    encode = on_one_line if one_line else lines.encode
     decoder = lines.NumberLines(mirrored)
     stream = b"\n" + encode(sent, mirrored)
     (got,) = (f for chunk in cut(stream, cuts) for f in decoder.feed(chunk))

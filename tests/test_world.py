@@ -13,12 +13,12 @@ from hypothesis import strategies as st
 
 from app.actions import MoveObstacle
 from app.errors import WorldError
+from app.poses import transform
 from app.raycast import Beams, Hits
 from app.world.motion import Along, Circle, Motion, Still
 from app.world.person import Plan, Walker, person_bodies
 from app.world.route import Route, travel_time, travelled
 from app.world.shapes import Shape, make_shape
-from app.world.tables import transform
 from app.world.world import Body, World
 from tests.fakes import first_hits
 

@@ -5,6 +5,7 @@ Who imports `the_page` and its fellows has the fixtures `page`, `clock`, `engine
 
 import asyncio
 from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from types import SimpleNamespace
 from typing import Any
@@ -37,12 +38,23 @@ from app.robot.model import Robot, find_robot, load_robot
 from app.robot.skin import Sensor, Skin, build_skin
 from app.timing import Latest, ManualClock
 from app.ui.page import Page
+from app.ui.server import close_page, open_page
 
 SENSORS = 2
 CELL = Cell(
     boxes=(Box("table", np.eye(4), np.array([1.0, 1.0, 0.1])),),
     planes=(HalfSpace("floor", np.eye(4), np.array([2.0, 2.0])),),
 )
+
+
+@contextmanager
+def serving(port: int) -> Iterator[viser.ViserServer]:
+    """An empty page; its server is stopped on the way out, whatever happened."""
+    server = open_page("127.0.0.1", port)
+    try:
+        yield server
+    finally:
+        close_page(server)
 
 
 @dataclass

@@ -4,13 +4,14 @@ and what an engine does with its arm."""
 import itertools
 import multiprocessing
 import os
+from collections.abc import Sequence
 
 import numpy as np
 
 from app.timing import WallClock
-from app.virtual.ur.controller import Controller
+from app.virtual.ur.controller import UrController
 from app.virtual.ur.faults import parse_fault
-from app.virtual.ur.server import Emulator
+from app.virtual.ur.server import UrServer
 
 HOME = np.radians([0.0, -100.0, 110.0, -100.0, -90.0, 0.0])
 ONE = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0])
@@ -110,8 +111,8 @@ def _serve(pipe):
             return
         match what:
             case ("serve", faults):
-                controller = Controller(HOME, [parse_fault(f) for f in faults])
-                emulators[host] = Emulator(controller, host)
+                controller = UrController(HOME, [parse_fault(f) for f in faults])
+                emulators[host] = UrServer(controller, host)
                 answer = emulators[host].start()
             case ("get", name):
                 answer = emulators[host].ask(lambda c, name=name: _plain(getattr(c, name)))
@@ -124,3 +125,12 @@ def _serve(pipe):
 
 def _plain(value):
     return list(value) if hasattr(value, "maxlen") else value
+
+
+def standing_after(trace: Sequence[tuple[float, float]], since: float) -> float:
+    """Seconds from `since` until the arm stood for the rest of the trace; inf if it never did."""
+    moving = [t for t, speed in trace if speed > 0.0]
+    last = moving[-1] if moving else -np.inf
+    if not trace or last >= trace[-1][0]:
+        return np.inf
+    return float(max(0.0, last - since))

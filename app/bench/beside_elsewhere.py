@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.bench import elsewhere
-from app.bench.clouds import centre_rays, outside, unlike
+from app.bench.clouds import centre_rays, count_unlike, points_outside
 from app.bench.peers.geometry import roboplan_filter
 from app.bench.perception import Scene, timed
+from app.bench.spheres import world_of_spheres
 from app.config import Params
 from app.messages import SLOTS, Array, Verdict
 from app.perception.proximity import BodyPairs
@@ -22,7 +23,6 @@ from app.report import Check
 from app.robot.model import Robot
 from app.robot.skin import Skin, range_noise
 from app.sensing.simulated import SimulatedSkin
-from app.world.world import World
 
 ONE, NINE, PADDING = Params(footprint=False), Params(), 0.03  # [m]
 CLOUDS = (100, 500, 1920)
@@ -37,10 +37,7 @@ Found = tuple[list[dict[str, Any]], list[Check]]
 def labelled(robot: Robot, skin: Skin, seed: int) -> tuple[Scene, list[NDArray[np.int16]]]:
     """Postures and noisy depths (K, 64) [m] of an arm among spheres, and what each zone saw."""
     rng = np.random.default_rng(seed)
-    world = World(())
-    for _ in range(14):
-        world.add("", {"kind": "sphere", "radius_m": 0.12}, tuple(rng.uniform(-1.0, 1.0, 3)))
-    eye = SimulatedSkin(robot, skin, world, seed)
+    eye = SimulatedSkin(robot, skin, world_of_spheres(rng), seed)
     scene, labels = [], []
     for _ in range(POSTURES):
         posture = robot.posture(robot.home + rng.uniform(-1.0, 1.0, robot.n))
@@ -97,7 +94,18 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
         )
         times = {f"{cloud}_ms": median[f"{words} {cloud}"] for cloud in ("around", "near", "far")}
         rows.append({"name": f"{name}: ours, rays a zone: {words}"} | times | _kept(kept, label))
-    checks = []
+    more, checks = _roboplans(name, theirs, median, label)
+    return rows + more, checks
+
+
+def _roboplans(
+    name: str,
+    theirs: dict[tuple[str, str], tuple[Array, NDArray[np.bool_]]],
+    median: dict[str, float],
+    label: NDArray[np.int16],
+) -> Found:
+    """roboplan's times [s] and masks by method and cloud, beside our medians [ms]."""
+    rows, checks = [], []
     for method, words in (("Narrowphase", "exact"), ("PaddedObb", "boxes")):
         for cloud in ("around", "near", "far"):
             seconds, mask = theirs[method, cloud]
@@ -123,7 +131,7 @@ def beside_open3d(robot: Robot, skin: Skin, seed: int) -> Found:
     judge, everyone, body = SelfFilter(robot, skin), np.arange(skin.count), BodyPairs(robot)
     rays = [centre_rays(skin, posture, ONE.near_cut) for posture, _ in scene]
     rng = np.random.default_rng(seed)
-    clouds = {n: outside(body, scene[0][0], rng, n) for n in CLOUDS}
+    clouds = {n: points_outside(body, scene[0][0], rng, n) for n in CLOUDS}
 
     def filter_ours() -> Array:
         return timed(lambda i: judge.judge(everyone, scene[i % 5][1], scene[i % 5][0], ONE), OURS)
@@ -149,7 +157,9 @@ def beside_open3d(robot: Robot, skin: Skin, seed: int) -> Found:
     for key, words, limit in (("rebuilt", "rebuilt", EXACT), ("links", "a scene a link", 1.0)):
         theirs = 1e3 * float(np.median(answer[f"{key}_s"]))  # type: ignore[type-var]
         hits = answer[f"{key}_answer"]
-        wrong = max(unlike(h + ONE.near_cut, t, length) for h, t in zip(hits, truth, strict=True))
+        wrong = max(
+            count_unlike(h + ONE.near_cut, t, length) for h, t in zip(hits, truth, strict=True)
+        )
         row = {"name": f"B1 {name}, {words}", "ms": theirs, "ours_ms": mine["filter"]}
         rows.append(row | {"ratio": theirs / mine["filter"], "unlike": wrong})
         checks.append(

@@ -15,7 +15,7 @@ import numpy as np
 import trimesh
 
 from app.bench.beside_elsewhere import beside_open3d, beside_roboplan
-from app.bench.clouds import centre_rays, outside, unlike
+from app.bench.clouds import centre_rays, count_unlike, points_outside
 from app.bench.peers import geometry
 from app.bench.perception import make_scene, timed, with_bodies, with_visuals
 from app.config import Params
@@ -25,8 +25,9 @@ from app.perception.proximity import BodyPairs
 from app.perception.self_filter import SelfFilter
 from app.report import Check, Report
 from app.robot.meshes import BodyMesh
-from app.robot.model import Robot, find_robot, load_robot
-from app.robot.skin import Skin, load_skin
+from app.robot.model import Robot
+from app.robot.skin import Skin
+from app.wiring import Setup, build_robot_and_skin
 
 ONE = Params(footprint=False)
 CLOUDS = (100, 500, 1920)
@@ -36,9 +37,7 @@ OURS = 200  # timed calls
 
 def bench_peers(seed: int = 0, urdf: Path | None = None) -> Report:
     """Time everyone; with `urdf` on that description's visual meshes, else on our own."""
-    robot = load_robot(find_robot("ur10e"))
-    assert robot.skin is not None
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot="ur10e"))
     heavy = with_visuals(robot, urdf) if urdf else with_bodies(robot, own_visuals(robot))
     rows, checks = [], []
     for name, arm in (("body", robot), ("visual", heavy)):
@@ -89,7 +88,7 @@ def _filters(
         mine = 1e3 * float(np.median(np.concatenate((first, timed(ours, OURS)))))
         median = 1e3 * float(np.median(theirs))
         error = max(
-            unlike(cast(posture.T_base_link, *r) + ONE.near_cut, t.ravel(), length)
+            count_unlike(cast(posture.T_base_link, *r) + ONE.near_cut, t.ravel(), length)
             for (posture, _), r, t in zip(scene, rays, truth, strict=True)
         )
         rows.append(
@@ -110,7 +109,7 @@ def _pairs(robot: Robot, seed: int) -> tuple[list[dict[str, Any]], list[Check]]:
     ]
     rows, checks = [], []
     for n in CLOUDS:
-        points = outside(body, posture, rng, n)
+        points = points_outside(body, posture, rng, n)
         use = np.ones(n, dtype=bool)
         sample = points[:100]
         truth = np.array([nearest_of(sample, t) for t in triangles])

@@ -8,7 +8,7 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 
-def outside(body: BodyPairs, posture: Posture, rng: np.random.Generator, n: int) -> Array:
+def points_outside(body: BodyPairs, posture: Posture, rng: np.random.Generator, n: int) -> Array:
     """Points (n, 3) around the arm and outside of it, so that unsigned answers are the same."""
     out, one = np.empty((0, 3)), np.ones(1, dtype=bool)
     while len(out) < n:
@@ -28,7 +28,7 @@ def centre_rays(skin: Skin, posture: Posture, near: float) -> tuple[Array, Array
     return origin + near * direction, direction
 
 
-def unlike(hit: Array, depth: Array, length: Array) -> int:
+def count_unlike(hit: Array, depth: Array, length: Array) -> int:
     """Zones whose hit differs by more than 0.1 mm from ours, or is there for one only."""
     theirs = hit / length
     both = np.isfinite(theirs) & np.isfinite(depth)

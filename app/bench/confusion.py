@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.bench.spheres import world_of_spheres
 from app.checks.range_calibration import DISTANCES, FRAMES, table_of
 from app.config import Params
 from app.messages import Array, Verdict
@@ -91,11 +92,9 @@ def _calibrated_ranges(noise: Noise, sensors: int) -> RangeTable:
 
 def _samples(robot: Robot, skin: Skin, rng: np.random.Generator, seed: int) -> list[Sample]:
     """Random postures, by turns among spheres and alone, read without errors."""
-    clutter = World(())
-    for _ in range(14):
-        clutter.add("", {"kind": "sphere", "radius_m": 0.12}, tuple(rng.uniform(-1.0, 1.0, 3)))
+    spheres = world_of_spheres(rng)
     alone = SimulatedSkin(robot, skin, World(()), seed)
-    among = SimulatedSkin(robot, skin, clutter, seed)
+    among = SimulatedSkin(robot, skin, spheres, seed)
     samples = []
     for i in range(2 * POSTURES):
         posture = robot.posture(rng.uniform(-2.6, 2.6, robot.n))

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 
 from app.bench.control_cases import DT, FAR, Case, make_cases, make_runs
-from app.bench.peers.controllers import peers
+from app.bench.peers.controllers import available_peers
+from app.bench.standalone import Standalone
 from app.config import Params
-from app.control.avoidance import Avoidance
-from app.control.whole_body import WholeBody
 from app.messages import Array
 from app.report import Check, Report
 from app.robot.model import Robot, find_robot, load_robot
@@ -33,8 +32,8 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
     medians: dict[str, float] = {}
     slow: dict[str, float] = {}
 
-    closest, links = Avoidance(robot), Avoidance(robot, "links")
-    bounds = WholeBody(robot)
+    closest, links = Standalone(robot, "wb"), Standalone(robot, "multi")
+    bounds = Standalone(robot, "qp")
     wb, qp = Params(mode="wb"), Params(mode="qp")
     subjects: list[tuple[str, int, float, Any, Params]] = [
         ("task priority", 7, FAR, closest, wb),
@@ -51,7 +50,7 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
         def step(c: Case, control: Any = control, params: Params = params) -> None:
             if c.first:
                 control.reset()
-            control.update(c.posture, c.joints, c.pairs, c.goal, params, DT)
+            control.step(c, params, DT)
 
         title, times = f"{name}, {k} pairs", _times(step, cases)
         rows.append({"name": title, **times})
@@ -108,7 +107,7 @@ def _percentiles(wall: Array, cpu: Array) -> dict[str, float]:
 
 
 def _unsolved(
-    robot: Robot, control: WholeBody, params: Params, count: int, seed: int
+    robot: Robot, control: Standalone, params: Params, count: int, seed: int
 ) -> dict[str, Any]:
     """Ticks without an answer when every row is new in each: 7, 12 and 32 pairs in turn."""
     cases = [make_cases(robot, k, 400, seed + 1) for k in (7, 12, 32)]
@@ -117,16 +116,17 @@ def _unsolved(
     for i in range(count):
         c = cases[i % 3][(i // 3) % 400]
         begin, used = time.perf_counter(), time.thread_time()
-        command = control.update(c.posture, c.joints, c.pairs, c.goal, params, DT)
+        command = control.step(c, params, DT)
         wall[i], cpu[i] = time.perf_counter() - begin, time.thread_time() - used
         braked += command.reason.startswith("brakes")
-        control.previous = np.zeros(robot.n) if i % 7 == 0 else control.previous
+        if i % 7 == 0:
+            control.rest()
     return {"ticks": count, "unsolved": braked, **_percentiles(wall, cpu)}
 
 
 def _beside(robot: Robot, seed: int) -> list[dict[str, Any]]:
     """Ours, a peer, ours again, on the same pairs; the peers that can be imported here."""
-    control, params = WholeBody(robot), Params(mode="qp")
+    control, params = Standalone(robot, "qp"), Params(mode="qp")
     rows: list[dict[str, Any]] = []
     for k in MANY:
         cases = make_runs(robot, k, WARM + 400, seed, near=params.d_s)
@@ -134,9 +134,9 @@ def _beside(robot: Robot, seed: int) -> list[dict[str, Any]]:
         def ours(c: Case) -> None:
             if c.first:
                 control.reset()
-            control.update(c.posture, c.joints, c.pairs, c.goal, params, DT)
+            control.step(c, params, DT)
 
-        for name, make in peers().items():
+        for name, make in available_peers().items():
             if isinstance(make, str):
                 if k == 1:
                     rows.append({"name": name, "left_out": make})

@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from app.bench.standalone import Standalone
 from app.config import Params
-from app.control.whole_body import WholeBody
 from app.messages import Array, Goal, JointState, Pairs
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -36,7 +36,7 @@ def make_runs(
     to where they hold it: with `far` at d_s it begins inside all of them.
     """
     rng = np.random.default_rng([seed, k, 1])
-    control, params = WholeBody(robot), Params(mode="qp")
+    control, params = Standalone(robot, "qp"), Params(mode="qp")
     moving = np.flatnonzero(robot.supports.any(axis=1))
     cases: list[Case] = []
     while len(cases) < count:
@@ -53,7 +53,7 @@ def make_runs(
             posture, joints = robot.posture(q), JointState(i * DT, q, qd)
             pairs = _pairs(posture, link, world)
             cases.append(Case(posture, joints, pairs, goal, i == 0))
-            qd = control.update(posture, joints, pairs, goal, params, DT).qd
+            qd = control.step(Case(posture, joints, pairs, goal), params, DT).qd
             q = q + qd * DT
     return cases
 

@@ -16,15 +16,15 @@ import numpy as np
 
 from app.report import Check, Report
 from app.robot.arm import SimulatedArm
-from app.robot.model import Robot, find_robot, load_robot
-from app.robot.skin import Skin, build_skin, load_skin
+from app.robot.model import Robot
+from app.robot.skin import Skin, build_skin
 from app.runtime import Engine
 from app.sensing.open_ports import open_skin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
 from app.timing import Ticker, WallClock
 from app.virtual.skin.board import speaking_board
-from app.wiring import PICTURE, assemble
+from app.wiring import PICTURE, Setup, Start, assemble, build_robot_and_skin
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
@@ -37,9 +37,8 @@ Watch = Callable[[Engine], AbstractContextManager[None]]
 
 def bench_deadlines(watch: Watch, seconds: float = 5.0, seed: int = 0) -> Report:
     """Every number of sensors at every rate, with `watch` looking on."""
-    robot = load_robot(find_robot(ROBOT))
-    assert robot.skin is not None
-    own, scene = load_skin(robot.folder / robot.skin, robot), load_scene(find_scene(SCENE), seed)
+    robot, own = build_robot_and_skin(Setup(robot=ROBOT))
+    scene = load_scene(find_scene(SCENE), seed)
     rows: list[dict[str, Any]] = []
     checks = []
     for rate in RATES:
@@ -71,8 +70,8 @@ def _run(
 ) -> list[float]:  # fmt: skip
     arm = SimulatedArm(robot, scene.home)
     engine = assemble(
-        robot, skin, arm, source, world, WallClock(), cell=scene.cell, goal=scene.goal,
-        rate=rate, look_every=PICTURE,
+        robot, skin, arm, source, world, WallClock(),
+        Start(scene.cell, goal=scene.goal, look_every=PICTURE), rate,
     )  # fmt: skip
     try:
         with watch(engine):

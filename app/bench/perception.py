@@ -16,6 +16,7 @@ import trimesh
 
 from app.bench.confusion import confusion
 from app.bench.exactness import filter_disagreements, worst_distance
+from app.bench.spheres import world_of_spheres
 from app.cell.parts import Cell
 from app.config import Params
 from app.messages import SLOTS, Array, SensorFrame
@@ -26,13 +27,13 @@ from app.plot import Line, check_plot, plot_lines
 from app.raycast import RigidMesh
 from app.report import Check, Report
 from app.robot.meshes import BodyMesh
-from app.robot.model import Robot, find_robot, load_robot, load_urdf
+from app.robot.model import Robot, load_urdf
 from app.robot.posture import Posture
-from app.robot.skin import Skin, build_skin, load_skin
+from app.robot.skin import Skin, build_skin
 from app.robot.tables import Choice
 from app.sensing.error_model import VALID
 from app.sensing.simulated import SimulatedSkin
-from app.world.world import World
+from app.wiring import Setup, build_robot_and_skin
 
 ONE, NINE = Params(footprint=False), Params()
 POSTURES = 20
@@ -51,9 +52,7 @@ def bench_perception(
     """
     if plot is not None:
         check_plot(plot)
-    robot = load_robot(find_robot("ur10e"))
-    assert robot.skin is not None
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot="ur10e"))
     scene = make_scene(robot, skin, seed)
     rows, checks = _times(robot, skin, scene, repeats, "")
     if urdf is not None:
@@ -84,10 +83,7 @@ def bench_perception(
 def make_scene(robot: Robot, skin: Skin, seed: int, count: int = POSTURES) -> Scene:
     """Postures and depths (K, 64) [m] of an arm among spheres; 4 m where nothing is seen."""
     rng = np.random.default_rng(seed)
-    world = World(())
-    for _ in range(14):
-        world.add("", {"kind": "sphere", "radius_m": 0.12}, tuple(rng.uniform(-1.0, 1.0, 3)))
-    eye = SimulatedSkin(robot, skin, world, seed)
+    eye = SimulatedSkin(robot, skin, world_of_spheres(rng), seed)
     out = []
     for _ in range(count):
         posture = robot.posture(robot.home + rng.uniform(-1.0, 1.0, robot.n))

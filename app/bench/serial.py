@@ -54,7 +54,7 @@ def bench_serial(setup: Setup, seconds: float) -> Report:
     with TemporaryDirectory() as folder:
         link = Path(folder) / "skin"
         board = multiprocessing.get_context("spawn").Process(
-            target=speak, args=(link, skin.count, seconds, theirs), daemon=True
+            target=send_patterns, args=(link, skin.count, seconds, theirs), daemon=True
         )
         board.start()
         if not ours.poll(START):
@@ -138,7 +138,7 @@ class Times:
             self.rows.append((a.arrived - late, a.stamp, a.arrived, cloud))
 
 
-def speak(link: Path, count: int, seconds: float, pipe: Connection) -> None:
+def send_patterns(link: Path, count: int, seconds: float, pipe: Connection) -> None:
     """The board: says every sensor's frames in turn, stamped with this machine's clock."""
     clock = WallClock()
     with PtyPort(link) as port:

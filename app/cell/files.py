@@ -36,12 +36,9 @@ from app.cell.learned import EDGE, FAR, NOTHING_LEARNED, Learned
 from app.cell.parts import LEARNED, Box, Cell, HalfSpace
 from app.errors import ConfigError
 from app.messages import Array, freeze
-from app.poses import transform
-from app.toml import Table, read_toml
+from app.poses import pose
+from app.toml import Name, Positive, Table, Vector, read_toml
 
-Name = Annotated[str, Meta(min_length=1)]
-Length = Annotated[float, Meta(gt=0)]
-Triple = tuple[float, float, float]
 Index = Annotated[int, Meta(ge=-FAR, le=FAR)]
 HEADER = re.compile(rb"^[ \t]*\[[ \t]*learned[ \t]*\]", re.MULTILINE)
 KEY = "learned"
@@ -58,9 +55,9 @@ class BoxTable(Table, frozen=True):
     """
 
     name: Name
-    position_m: Triple
-    size_m: tuple[Length, Length, Length]
-    rpy_deg: Triple = (0.0, 0.0, 0.0)
+    position_m: Vector
+    size_m: tuple[Positive, Positive, Positive]
+    rpy_deg: Vector = (0.0, 0.0, 0.0)
 
 
 class PlaneTable(Table, frozen=True):
@@ -73,9 +70,9 @@ class PlaneTable(Table, frozen=True):
     """
 
     name: Name
-    position_m: Triple
-    rpy_deg: Triple = (0.0, 0.0, 0.0)
-    size_m: tuple[Length, Length] = (2.0, 2.0)
+    position_m: Vector
+    rpy_deg: Vector = (0.0, 0.0, 0.0)
+    size_m: tuple[Positive, Positive] = (2.0, 2.0)
 
 
 class LearnedTable(Table, frozen=True):
@@ -106,8 +103,8 @@ def load_cell(path: Path) -> Cell:
     _check_names([*(b.name for b in table.box), *(p.name for p in table.plane)], path)
     return Cell(
         title=table.title or path.stem,
-        boxes=tuple(Box(b.name, *_placed(b, path)) for b in table.box),
-        planes=tuple(HalfSpace(p.name, *_placed(p, path)) for p in table.plane),
+        boxes=tuple(Box(b.name, *_placed(b)) for b in table.box),
+        planes=tuple(HalfSpace(p.name, *_placed(p)) for p in table.plane),
         learned=_learned(table.learned, path),
     )
 
@@ -185,9 +182,6 @@ def _check_names(names: Iterable[str], path: Path) -> None:
         seen.add(name)
 
 
-def _placed(entry: BoxTable | PlaneTable, path: Path) -> tuple[Array, Array]:
+def _placed(entry: BoxTable | PlaneTable) -> tuple[Array, Array]:
     """Pose (4, 4) and edge lengths of an entry."""
-    if not np.isfinite([*entry.position_m, *entry.rpy_deg, *entry.size_m]).all():
-        raise ConfigError(f"{path}: {entry.name!r} is not finite; give numbers")
-    T = transform(np.array(entry.position_m), np.radians(entry.rpy_deg))
-    return freeze(T), freeze(np.array(entry.size_m, dtype=np.float64))
+    return pose(entry.position_m, entry.rpy_deg), freeze(np.array(entry.size_m))

@@ -4,25 +4,50 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.checks.skin import TRUSTED
+from app.checks.trusted import trusted
 from app.config import Params
 from app.errors import SensorError
-from app.messages import Array
+from app.messages import SensorFrame
 from app.perception.calibration import BINS, suggest
 from app.perception.self_filter import SelfFilter
 from app.report import Report
 from app.robot.model import Robot
+from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.replay import read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot, choose_skin
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else
 POSTURES = 100  # of a simulated calibration
-Samples = tuple[list[Array], list[Array], list[Array], list[Array]]  # link, gap, depth, edge
+
+
+class Samples:
+    """What a skin's zones saw of the robot itself: link, gap [m], depth [m], across an edge."""
+
+    def __init__(self, robot: Robot, skin: Skin, params: Params) -> None:
+        self._skin, self._params, self._filter = skin, params, SelfFilter(robot, skin)
+        self._parts: list[tuple[NDArray[Any], ...]] = [(np.empty(0),) * 4]
+
+    def add(self, frame: SensorFrame, posture: Posture) -> None:
+        """The trusted zones of a frame in whose way the robot lies."""
+        k, distance = np.array([frame.sensor]), frame.distance[None]
+        if self._skin.ranges is not None:
+            distance = self._skin.ranges.corrected(k, distance)
+        seen = self._filter.judge(k, distance, posture, self._params)
+        good = trusted(frame) & (seen.link[0] >= 0)
+        columns = (seen.link[0], seen.gap[0], distance[0], seen.edge[0])
+        self._parts.append(tuple(column[good] for column in columns))
+
+    def near(self, away: float) -> tuple[NDArray[Any], ...]:
+        """The columns (n,) of all zones that saw something within `away` [m] of the body."""
+        columns = [np.concatenate(column) for column in zip(*self._parts, strict=True)]
+        use = np.abs(columns[1]) <= away
+        return tuple(column[use] for column in columns)
 
 
 def calibrate(setup: Setup, recording: str) -> Report:
@@ -31,29 +56,26 @@ def calibrate(setup: Setup, recording: str) -> Report:
     setup:     the robot, its skin, the seed, and the table of the zones' errors, taken off first.
     recording: 'simulated', or PATH[@SENSOR] of an arm at rest at home with nothing near.
     """
-    robot = build_robot(setup)
-    skin = choose_skin(setup, robot)
+    robot, skin = build_robot_and_skin(setup)
     params = Params()
-    samples = (
-        _simulated(robot, skin, params, setup.seed)
-        if recording == "simulated"
-        else _recorded(robot, skin, params, recording)
-    )
-    link, gap, depth, edge = (np.concatenate(s) if s else np.empty(0) for s in samples)
-    near = np.abs(gap) <= AROUND
-    if not near.any():
+    samples = Samples(robot, skin, params)
+    if recording == "simulated":
+        _simulate(samples, robot, skin, setup.seed)
+    else:
+        _replay(samples, robot, skin, recording)
+    link, gap, depth, edge = samples.near(AROUND)
+    if not len(gap):
         raise SensorError(
             f"{recording}: no zone sees the robot at home; record an arm whose sensors see it"
         )
     found = suggest(
-        robot.links, link[near].astype(np.int16), gap[near], depth[near],
-        edge[near].astype(bool), params.eps_sigmas,
-    )  # fmt: skip
+        robot.links, link.astype(np.int16), gap, depth, edge.astype(bool), params.eps_sigmas
+    )
     rows: list[dict[str, Any]] = [
         {
             "name": s.link, "returns": s.returns, "eps_m": s.eps, "eps_edge_m": s.edge,
             "histogram_from_m": float(BINS[0]), "histogram_step_m": float(BINS[1] - BINS[0]),
-            "histogram": s.histogram.tolist(), "shape": bars(s.histogram),
+            "histogram": s.histogram.tolist(), "shape": histogram_text(s.histogram),
         }
         for s in found
     ]  # fmt: skip
@@ -66,42 +88,28 @@ def calibrate(setup: Setup, recording: str) -> Report:
     return Report("calibrate-filter", setup.seed, rows)
 
 
-def bars(histogram: Any) -> str:
+def histogram_text(histogram: Any) -> str:
     """A histogram as a line of text."""
     steps = " .:-=+*#%@"
     top = max(1, int(histogram.max()))
     return "|" + "".join(steps[int(np.ceil(9 * n / top))] for n in histogram) + "|"
 
 
-def _simulated(robot: Robot, skin: Skin, params: Params, seed: int) -> Samples:
+def _simulate(samples: Samples, robot: Robot, skin: Skin, seed: int) -> None:
+    """The arm alone, in postures around home."""
     eye = SimulatedSkin(robot, skin, World(()), seed, latency=0.0)
     rng = np.random.default_rng(seed)
-    judge, out = SelfFilter(robot, skin), ([], [], [], [])  # type: tuple[SelfFilter, Samples]
     for i in range(POSTURES):
         posture = robot.posture(robot.home + rng.uniform(-1.5, 1.5, robot.n))
         for j in range(skin.count):  # one whole round of the staggered sensors
-            for f in eye.poll((i + j / skin.count) / RATE, posture):
-                _judge(judge, skin, f.sensor, f.distance, f.status, f.targets, posture, params, out)
-    return out
+            for frame in eye.poll((i + j / skin.count) / RATE, posture):
+                samples.add(frame, posture)
 
 
-def _recorded(robot: Robot, skin: Skin, params: Params, recording: str) -> Samples:
+def _replay(samples: Samples, robot: Robot, skin: Skin, recording: str) -> None:
+    """A recording, PATH[@SENSOR], of the arm at home."""
     path, _, name = recording.partition("@")
     r, k = read_recording(Path(path)), skin.index(name) if name else 0
-    judge, out = SelfFilter(robot, skin), ([], [], [], [])  # type: tuple[SelfFilter, Samples]
     posture = robot.posture(robot.home)
-    for distance, status, targets in zip(r.distance, r.status, r.targets, strict=True):
-        _judge(judge, skin, k, distance, status, targets, posture, params, out)
-    return out
-
-
-def _judge(
-    judge: SelfFilter, skin: Skin, k: int, distance: Array, status: Any, targets: Any,
-    posture: Any, params: Params, out: Samples,
-) -> None:  # fmt: skip
-    if skin.ranges is not None:
-        distance = skin.ranges.corrected(np.array([k]), distance[None])[0]
-    seen = judge.judge(np.array([k]), distance[None], posture, params)
-    good = (targets > 0) & np.isin(status, TRUSTED) & (seen.link[0] >= 0)
-    for store, values in zip(out, (seen.link[0], seen.gap[0], distance, seen.edge[0]), strict=True):
-        store.append(values[good])
+    for i, columns in enumerate(zip(r.distance, r.status, r.targets, strict=True)):
+        samples.add(SensorFrame(k, 0.0, i, *columns), posture)

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from app.checks.skin import TRUSTED
+from app.checks.trusted import trusted_depth
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
 from app.report import Report
@@ -15,7 +15,7 @@ from app.robot.skin import Skin, zone_directions
 from app.sensing.replay import read_recording
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot, choose_skin
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 FRAMES = 150  # of a simulated wall: ten seconds
@@ -27,8 +27,7 @@ def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) 
     """Add walls to the table in `file`: one recorded, PATH[@SENSOR] at `distance` [m], or, with
     'simulated', those of all sensors of the simulation with the setup's seed.
     """
-    robot = build_robot(setup)
-    skin = choose_skin(setup, robot)
+    robot, skin = build_robot_and_skin(setup)
     table = load_ranges(file, skin.count) if file.exists() else None
     if recording == "simulated":
         walls = simulated_walls(robot, skin, setup.seed)
@@ -37,8 +36,7 @@ def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) 
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
         path, _, name = recording.partition("@")
         r = read_recording(Path(path))
-        good = (r.targets > 0) & np.isin(r.status, TRUSTED)
-        walls = [(skin.index(name) if name else 0, distance, np.where(good, r.distance, np.nan))]
+        walls = [(skin.index(name) if name else 0, distance, trusted_depth(r))]
     rows = []
     for k, d, depth in walls:
         rows.append({"name": skin.sensors[k].name} | _row(skin, k, d, depth))
@@ -64,9 +62,7 @@ def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, floa
             while len(frames) < FRAMES:
                 now += 1.0 / RATE
                 frames += eye.poll(now, posture)
-            good = [(f.targets > 0) & np.isin(f.status, TRUSTED) for f in frames]
-            depth = [np.where(g, f.distance, np.nan) for f, g in zip(frames, good, strict=True)]
-            out.append((k, distance, np.array(depth)))
+            out.append((k, distance, np.array([trusted_depth(f) for f in frames])))
     return out
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from app.cli.which import WhichRobot
 
 
-def tell(number: int, of: int, name: str) -> None:
+def print_progress(number: int, of: int, name: str) -> None:
     """One line that is written over: which kernel is being compiled, of how many at the most."""
     end = "" if sys.stderr.isatty() else "\n"
     start = "\r\033[K" if sys.stderr.isatty() else ""
@@ -28,7 +28,7 @@ class Kernels(WhichRobot):
         from app.timing import ManualClock
         from app.wiring import build_engine
 
-        with told(tell):
+        with told(print_progress):
             engine = build_engine(self.setup(), ManualClock())
             for _ in range(50):  # the simulated sensors' own kernels
                 engine.step()

@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import tyro
 
 from app.cli.confirm import confirm
-from app.cli.kernels import tell
+from app.cli.kernels import print_progress
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
+from app.control.registry import kinds
 from app.errors import ConfigError
 from app.timing import WallClock
 from app.ui.entrance import Entrance, checked_origin, operator_token
@@ -25,18 +26,19 @@ if TYPE_CHECKING:  # the parts of an engine take a second to load; --help need n
 DEFAULT_PORT = 8080
 
 
-def _flags_of_params() -> type:
-    """One optional flag for every setting, made from the facts in `app.config`."""
+def no_flags() -> Any:
+    """One optional flag for every setting, none of them given, from the facts in `app.config`.
+
+    Made when a command line is read: who registers a controller before that finds it there.
+    """
+    kinds()  # the controllers there are
     made: list[tuple[str, Any, Any]] = []
     for t in tunables():
         kind: Any = Literal[t.choices] if t.choices else t.kind
         unit = f" [{t.unit}, {t.low:g} to {t.high:g}]" if t.low is not None else ""
         text = f"{t.help}{unit.replace('[, ', '[')}; default {t.default}"
         made.append((t.name, Annotated[kind | None, tyro.conf.arg(help=text)], None))
-    return make_dataclass("ParamFlags", made, frozen=True)
-
-
-ParamFlags = _flags_of_params()
+    return make_dataclass("ParamFlags", made, frozen=True)()
 
 
 @dataclass(frozen=True)
@@ -62,7 +64,7 @@ class Run(WhichRobot):
     program: str = ""
     """A waypoint program to follow: a name, or the path of its TOML file."""
     ghost: str = ""
-    """A second controller (wb, sm, multi, qp) on a translucent arm of its own, for comparison."""
+    """A second controller, by its mode, on a translucent arm of its own, for comparison."""
     rate: float = 250.0
     """Ticks a second, 50 to 500."""
     seed: int = 0
@@ -91,7 +93,7 @@ class Run(WhichRobot):
     """Print the headless summary as one JSON object."""
     config: Path | None = None
     """A TOML file of settings; flags win over it."""
-    settings: Annotated[Any, tyro.conf.OmitArgPrefixes] = field(default_factory=ParamFlags)
+    settings: Annotated[Any, tyro.conf.OmitArgPrefixes] = field(default_factory=no_flags)
 
     def __post_init__(self) -> None:
         if not 0.0 < self.seconds < 1e6:
@@ -154,7 +156,7 @@ def _serve(setup: "Setup", params: Params, entrance: Entrance, open_browser: boo
     try:
         if quit_asked.is_set():
             return  # asked before anything could move
-        engine.progress = tell
+        engine.progress = print_progress
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)

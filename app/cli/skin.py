@@ -46,7 +46,7 @@ class SkinCheck(WhichRobot):
     """Print one JSON object."""
 
     def __call__(self) -> None:
-        from app.checks.skin import skin_check
+        from app.checks.skin_check import skin_check
 
         report = skin_check(self.setup(seed=self.seed), self.show, self.sensors)
         print(report.to_json() if self.json else report.to_text())

@@ -34,15 +34,15 @@ class Ur:
     def __call__(self) -> None:
         from app.robot.model import find_robot, load_robot
         from app.robot.tables import Choice
-        from app.virtual.ur.controller import Controller
+        from app.virtual.ur.controller import UrController
         from app.virtual.ur.faults import parse_fault
-        from app.virtual.ur.server import Emulator
+        from app.virtual.ur.server import UrServer
 
         faults = [parse_fault(text) for text in self.faults]
         choice = Choice(home_deg=self.home_deg)
         home = load_robot(find_robot("ur10e"), choice).home
-        controller = Controller(home, faults, lambda line: print(line, flush=True))
-        emulator = Emulator(controller, self.host)
+        controller = UrController(home, faults, lambda line: print(line, flush=True))
+        emulator = UrServer(controller, self.host)
         quit_asked = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: quit_asked.set())

@@ -15,8 +15,10 @@ from numpy.typing import NDArray
 from app.cell.learned import NOTHING_LEARNED, Learned
 from app.cell.parts import Cell
 from app.control.capsules import fit_capsules
+from app.control.cell_gaps import Parts, always_in, cell_within
 from app.control.cubes import make_cubes
-from app.control.gaps import KEPT, Body, Cases, Gaps, Parts, always_in, measure
+from app.control.gaps import KEPT, Gaps, Pieces
+from app.control.link_gaps import links_within
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -28,64 +30,68 @@ NO_CAPSULE = np.empty(0, dtype=np.int64)
 
 
 class Clearance:
-    """The robot's own gaps and those to the cell, at a posture."""
+    """The robot's own gaps and those to the cell, at a posture.
+
+    pieces: the links' capsules.   pairs: (p, 2) pairs of links that are kept apart.
+    parts:  the cell's.   cell_cases: (c, 2) a capsule and a part of the cell.
+    """
 
     def __init__(self, robot: Robot, cell: Cell | None = None) -> None:
         cell = cell or Cell()
-        self._body, self._parts = _body(robot), _parts(cell)
+        self.pieces, self.parts = _pieces(robot), _parts(cell)
         self._lasting = len(cell.boxes) + len(cell.planes)  # parts that are always there
-        self._cases = _all_cases(robot, self._body, self._lasting)
-        self._drop_always_close(robot)
-        self._known = self._cases.cell
+        self._moves = np.isin(self.pieces.link, np.flatnonzero(robot.supports.any(axis=1)))
+        self.pairs = _all_pairs(robot)
+        self.cell_cases = _cases(np.flatnonzero(self._moves), np.arange(self._lasting))
+        self._postures = self._drop_always_close(robot)
+        self._known = self.cell_cases
         self.know(cell.learned)
-
-    @property
-    def pairs(self) -> NDArray[np.int64]:
-        """(p, 2) pairs of links that are kept apart."""
-        return self._cases.links
 
     def know(self, learned: Learned) -> None:
         """From now on this is what was learned, instead of what was before."""
         cubes = make_cubes(learned)
-        never = np.empty(len(self._body.link), dtype=np.bool_)
-        always_in(self._postures, self._body, cubes, never)
+        never = np.empty(len(self.pieces.link), dtype=np.bool_)
+        always_in(self._postures, self.pieces, cubes, never)
         free = np.flatnonzero(self._moves & ~never) if len(learned) else NO_CAPSULE
-        more = np.column_stack((free, np.full(len(free), self._lasting)))
-        self._parts = self._parts._replace(cubes=cubes)
-        self._cases = self._cases._replace(cell=np.concatenate((self._known, more)))
+        self.parts = self.parts._replace(cubes=cubes)
+        self.cell_cases = np.concatenate((self._known, _cases(free, np.array([self._lasting]))))
 
     def measure(self, posture: Posture, within: float, links_within: float | None = None) -> Gaps:
-        """Every gap below `within` [m]: one for two links, one for a capsule and a part.
+        """Every gap below `within` [m]: one for two links, then one for a capsule and a part.
 
         links_within: [m] another limit for links.
         """
-        most = len(self._cases.links) + len(self._cases.cell)
-        gaps = Gaps(np.empty((most, 4), np.int64), np.empty(most), np.empty((most, 3, 3)))
-        n = measure(
-            posture.T_base_link, self._body, self._cases, self._parts, within,
-            within if links_within is None else links_within, gaps,
-        )  # fmt: skip
-        return Gaps(gaps.who[:n], gaps.distance[:n], gaps.where[:n])
+        T, near = posture.T_base_link, within if links_within is None else links_within
+        own, cell = self._own(T, near), self._cell(T, within)
+        cell.who[:, 0] += len(self.pairs)
+        return Gaps._make(np.concatenate(both) for both in zip(own, cell, strict=True))
 
-    def _drop_always_close(self, robot: Robot) -> None:
-        """Leave out links that are close in many postures, and what can never leave the cell."""
+    def _own(self, T_base_link: NDArray[np.float64], within: float) -> Gaps:
+        return Gaps(*links_within(T_base_link, self.pieces, self.pairs, within))
+
+    def _cell(self, T_base_link: NDArray[np.float64], within: float) -> Gaps:
+        return Gaps(*cell_within(T_base_link, self.pieces, self.cell_cases, self.parts, within))
+
+    def _drop_always_close(self, robot: Robot) -> NDArray[np.float64]:
+        """Leave out links that are close in many postures, and what can never leave the cell.
+
+        Returns T_base_link (SAMPLES, L, 4, 4) of the postures.
+        """
         rng = np.random.default_rng(0)
         low, high = np.maximum(robot.q_min, -np.pi), np.minimum(robot.q_max, np.pi)
-        cases, poses = self._cases, []
-        links = len(cases.links)
-        close = np.zeros(links + len(cases.cell))
+        poses, near = [], np.zeros(len(self.pairs))
+        inside = np.zeros(len(self.cell_cases))
         for _ in range(SAMPLES):
-            posture = robot.posture(rng.uniform(low, high))
-            poses.append(posture.T_base_link)
-            close[self.measure(posture, KEPT, CLOSE).pair] += 1
-        self._postures = np.array(poses)
-        self._moves = np.isin(self._body.link, np.flatnonzero(robot.supports.any(axis=1)))
-        self._cases = Cases(
-            cases.links[close[:links] < ALWAYS * SAMPLES], cases.cell[close[links:] < SAMPLES]
-        )
+            T = robot.posture(rng.uniform(low, high)).T_base_link
+            poses.append(T)
+            near[self._own(T, CLOSE).pair] += 1
+            inside[self._cell(T, KEPT).pair] += 1
+        self.pairs = self.pairs[near < ALWAYS * SAMPLES]
+        self.cell_cases = self.cell_cases[inside < SAMPLES]
+        return np.array(poses)
 
 
-def _body(robot: Robot) -> Body:
+def _pieces(robot: Robot) -> Pieces:
     """The links' capsules, long ones cut."""
     c = fit_capsules(robot.bodies)
     count = np.ceil(np.linalg.norm(c.b - c.a, axis=1) / LONGEST).astype(np.int64)
@@ -93,7 +99,7 @@ def _body(robot: Robot) -> Body:
     of = np.array([i for i, _, _ in pieces])
     share = np.array([[s, t] for _, s, t in pieces])[:, :, None]
     link = c.link[of].astype(np.int64)
-    return Body(
+    return Pieces(
         ends=(1.0 - share) * c.a[of, None] + share * c.b[of, None],
         radius=c.radius[of],
         link=link,
@@ -112,15 +118,13 @@ def _parts(cell: Cell) -> Parts:
     )
 
 
-def _all_cases(robot: Robot, body: Body, parts: int) -> Cases:
-    """All but neighbours, which one joint is between, and what no joint moves."""
+def _all_pairs(robot: Robot) -> NDArray[np.int64]:
+    """All two links but neighbours, which one joint is between."""
     one, two = np.triu_indices(len(robot.links), k=1)
     apart = (robot.supports[one] != robot.supports[two]).sum(axis=1) > 1
-    moves = np.flatnonzero(robot.supports.any(axis=1))
-    capsules = np.flatnonzero(np.isin(body.link, moves))
-    return Cases(
-        links=np.stack((one[apart], two[apart]), axis=1),
-        cell=np.stack(
-            (np.repeat(capsules, parts), np.tile(np.arange(parts), len(capsules))), axis=1
-        ),
-    )
+    return np.stack((one[apart], two[apart]), axis=1)
+
+
+def _cases(capsules: NDArray[np.intp], parts: NDArray[np.intp]) -> NDArray[np.int64]:
+    """(c, 2) every one of these capsules with every one of these parts."""
+    return np.stack((np.repeat(capsules, len(parts)), np.tile(parts, len(capsules))), axis=1)

@@ -137,4 +137,4 @@ def _apart(low: Array, high: Array, box: Array) -> float:
     square = 0.0
     for i in range(3):
         square += max(box[0, i] - high[i], low[i] - box[1, i], 0.0) ** 2
-    return np.sqrt(square)
+    return float(np.sqrt(square))

@@ -5,9 +5,10 @@ from collections.abc import Mapping
 import numpy as np
 
 from app.actions import RunProgram, SetGoal, SetPose
-from app.control.programs import Program, ProgramRun, pose_of
+from app.control.programs import Program, ProgramRun
 from app.errors import ConfigError, options
 from app.messages import Array, Goal, Mode, freeze
+from app.poses import transform
 from app.robot.posture import rigid
 
 
@@ -35,7 +36,7 @@ class Errand:
             case SetGoal(T_base_tool=T):
                 self.goal, self.program = Goal(freeze(rigid(T))), None
             case SetPose(position=position, rpy=rpy):
-                T = rigid(pose_of(position, np.array(rpy)))
+                T = rigid(transform(np.array(position), np.array(rpy)))
                 self.goal, self.program = Goal(freeze(T)), None
             case RunProgram(name=""):
                 self.program = None  # it rests at the present goal

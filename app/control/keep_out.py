@@ -10,41 +10,42 @@ Where nothing of the cell is near, what was asked for is left as it is, to the l
 
 import numpy as np
 
-from app.config import Params
-from app.control.active_set import minimise
-from app.control.limits import next_box
-from app.control.rows import Bounds
+from app.control.bounds.cell import CellBounds
+from app.control.bounds.gap_rows import MOST
+from app.control.bounds.rows import empty_sheet, used
+from app.control.clearance import Clearance
+from app.control.controller import Situation
+from app.control.limits import next_step
+from app.control.solver import FREE, Problem, minimise
 from app.errors import FlinchError
-from app.messages import Array, JointState
+from app.messages import Array
 from app.robot.model import Robot
-from app.robot.posture import Posture
 
 
 class KeepOut:
     """A filter behind a controller that has no bounds of its own."""
 
-    def __init__(self, robot: Robot, bounds: Bounds) -> None:
-        self._robot, self._bounds = robot, bounds
+    def __init__(self, robot: Robot, clearance: Clearance) -> None:
+        self._robot, self._cell = robot, CellBounds(clearance)
 
-    def allowed(
-        self, asked: Array, posture: Posture, joints: JointState, params: Params,
-        previous: Array, dt: float,
-    ) -> Array:  # fmt: skip
+    def allowed(self, asked: Array, now: Situation) -> Array:
         """The nearest velocity (n,) to `asked` (n,) that leaves the cell alone.
 
-        previous: (n,) the command in force.   Raises FlinchError when none is found.
+        Raises FlinchError when none is found.
         """
-        low, high = next_box(self._robot, joints.q, params.speed, dt, previous)
+        step = next_step(self._robot, now.joints.q, now.params.speed, now.dt, now.applied)
         # what was asked for keeps the limits already, by a rule of its own where they conflict
-        low, high = np.minimum(low, asked), np.maximum(high, asked)
-        rows = self._bounds.cell_rows(posture, params, low, high, previous, dt)
-        if not len(rows.low) or (rows.jacobian @ asked >= rows.low).all():
+        step = step._replace(low=np.minimum(step.low, asked), high=np.maximum(step.high, asked))
+        sheet = empty_sheet(MOST, self._robot.n)
+        self._cell.append(now, step, sheet)
+        rows = used(sheet)
+        if (rows.jacobian @ asked >= rows.low).all():
             return asked
-        qd = np.empty(len(asked))
-        steps = minimise(
-            np.eye(len(asked)), -asked, rows.jacobian, rows.low, rows.linear, rows.quadratic,
-            low, high, qd,
+        nearest = Problem(
+            np.eye(len(asked)), -asked, rows.jacobian, np.concatenate((step.low, rows.low)),
+            np.concatenate((step.high, np.full(len(rows.low), FREE))), rows.linear, rows.quadratic,
         )  # fmt: skip
-        if steps < 0:
+        qd = minimise(nearest, now.params.solver)
+        if qd is None:
             raise FlinchError("the cell's bounds had no solution; move the arm away from the cell")
         return qd

@@ -1,6 +1,14 @@
-"""Joint limits that always hold: position, velocity and the change of velocity."""
+"""Joint limits that always hold: position, velocity and the change of velocity.
+
+Towards the end of its range, a distance r away, a joint moves no faster than
+
+    min( k r , sqrt(2 a r) )        k: STIFFNESS,  a: BRAKING of its acceleration limit
+
+which it can still brake; beyond the end (a start outside) the way back, k r, is demanded.
+"""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,9 +16,9 @@ from app.compiled import compiled
 from app.messages import Array
 from app.robot.model import Robot
 
-MARGIN = 0.02  # [rad or m] kept free before a position limit
-STIFFNESS = 2.0  # [1/s] the speed towards a position limit falls with the distance to it
-BRAKING = 0.5  # share of the acceleration limit that the approach to a limit counts on
+MARGIN = 0.02  # [rad or m] kept free before a position limit: a degree, as a UR's own margin
+STIFFNESS = 2.0  # [1/s] the specification's k_q (section 4.6)
+BRAKING = 0.5  # share of the acceleration limit that the approach counts on; the rest is reserve
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -22,36 +30,50 @@ class VelocityBox:
     change: Array
 
 
+class Step(NamedTuple):
+    """What the joints can do in the tick ahead, all (n,): low <= qd <= high, changes included.
+
+    previous: the command in force.   qd_max: speed that is in use.   qdd_max: [rad/s^2].
+    dt:       [s] until the next tick.
+    """
+
+    low: Array
+    high: Array
+    previous: Array
+    qd_max: Array
+    qdd_max: Array
+    dt: float
+
+
+class _Range(NamedTuple):
+    """A robot's limits, (n,) each."""
+
+    q_min: Array
+    q_max: Array
+    qd_max: Array
+    qdd_max: Array
+
+
 def velocity_box(
     robot: Robot, q: Array, speed: float, dt: float, previous: Array | None = None
 ) -> VelocityBox:
     """The box at q for the next `dt` [s]; `speed` is the share of the velocity limits in use.
 
-    Towards a position limit the speed falls linearly with the distance and never exceeds
-    what can still be braked; beyond it (a start outside) the way back is demanded. With the
-    `previous` command (n,) a lower share is reached by braking, not by a jump.
+    With the `previous` command (n,) a lower share is reached by braking, not by a jump.
     """
-    low, high, change = np.empty(robot.n), np.empty(robot.n), robot.qdd_max * dt
+    low, high = np.empty((2, robot.n))
     running = np.zeros(robot.n) if previous is None else previous
-    _fill(
-        q, robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max, speed, running, change, low, high
-    )
-    return VelocityBox(low, high, change)
+    _velocities(_range(robot), q, running, speed, dt, low, high)
+    return VelocityBox(low, high, robot.qdd_max * dt)
 
 
-def next_box(
-    robot: Robot, q: Array, speed: float, dt: float, previous: Array
-) -> tuple[Array, Array]:
-    """low (n,) <= qd <= high (n,) of the next tick, the change of speed included.
-
-    Where limits contradict each other, position wins.
-    """
-    low, high, change = np.empty(robot.n), np.empty(robot.n), robot.qdd_max * dt
-    _fill(
-        q, robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max, speed, previous, change, low, high
-    )
-    _narrow(previous, change, low, high)
-    return low, high
+def next_step(robot: Robot, q: Array, speed: float, dt: float, previous: Array) -> Step:
+    """The step ahead at q. Where limits contradict each other, position wins."""
+    low, high, qd_max = np.empty((3, robot.n))
+    limits = _range(robot)
+    _narrowed(limits, q, previous, speed, dt, low, high)
+    np.multiply(limits.qd_max, speed, out=qd_max)
+    return Step(low, high, previous, qd_max, limits.qdd_max, dt)
 
 
 def bring_into(qd: Array, previous: Array, box: VelocityBox) -> tuple[Array, float]:
@@ -65,31 +87,38 @@ def bring_into(qd: Array, previous: Array, box: VelocityBox) -> tuple[Array, flo
     return out, _bring(qd, previous, box.low, box.high, box.change, out)
 
 
+def braked(robot: Robot, q: Array, dt: float, previous: Array) -> Array:
+    """The command (n,) after `previous` (n,) that comes to rest as fast as the limits allow."""
+    return bring_into(np.zeros(robot.n), previous, velocity_box(robot, q, 1.0, dt))[0]
+
+
+def _range(robot: Robot) -> _Range:
+    return _Range(robot.q_min, robot.q_max, robot.qd_max, robot.qdd_max)
+
+
 @compiled
-def _fill(
-    q: Array,
-    q_min: Array,
-    q_max: Array,
-    qd_max: Array,
-    qdd_max: Array,
-    speed: float,
-    previous: Array,
-    change: Array,
-    low: Array,
-    high: Array,
+def _velocities(
+    limits: _Range, q: Array, previous: Array, speed: float, dt: float, low: Array, high: Array
 ) -> None:
+    """Write the box of position and velocity."""
     for j in range(len(q)):
-        still_braking = abs(previous[j]) - change[j]
-        v = min(max(speed * qd_max[j], still_braking), qd_max[j])
-        high[j] = min(max(_approach(q_max[j] - MARGIN - q[j], qdd_max[j]), -v), v)
-        low[j] = -min(max(_approach(q[j] - q_min[j] - MARGIN, qdd_max[j]), -v), v)
+        still_braking = abs(previous[j]) - limits.qdd_max[j] * dt
+        v = min(max(speed * limits.qd_max[j], still_braking), limits.qd_max[j])
+        qdd_max = limits.qdd_max[j]
+        high[j] = min(max(_approach(limits.q_max[j] - MARGIN - q[j], qdd_max), -v), v)
+        low[j] = -min(max(_approach(q[j] - limits.q_min[j] - MARGIN, qdd_max), -v), v)
 
 
 @compiled
-def _narrow(previous: Array, change: Array, low: Array, high: Array) -> None:
+def _narrowed(
+    limits: _Range, q: Array, previous: Array, speed: float, dt: float, low: Array, high: Array
+) -> None:
+    """Write the box of position, velocity and acceleration."""
+    _velocities(limits, q, previous, speed, dt, low, high)
     for j in range(len(low)):
-        least = min(max(low[j], previous[j] - change[j]), high[j])
-        high[j] = max(min(high[j], previous[j] + change[j]), low[j])
+        change = limits.qdd_max[j] * dt
+        least = min(max(low[j], previous[j] - change), high[j])
+        high[j] = max(min(high[j], previous[j] + change), low[j])
         low[j] = least
         high[j] = max(low[j], high[j])
 
@@ -98,7 +127,7 @@ def _narrow(previous: Array, change: Array, low: Array, high: Array) -> None:
 def _approach(distance: float, qdd_max: float) -> float:
     if distance < 0.0:
         return STIFFNESS * distance
-    return min(STIFFNESS * distance, np.sqrt(2.0 * BRAKING * qdd_max * distance))
+    return min(STIFFNESS * distance, float(np.sqrt(2.0 * BRAKING * qdd_max * distance)))
 
 
 @compiled

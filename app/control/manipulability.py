@@ -51,7 +51,7 @@ def manipulability_gradient(posture: Posture, mu: float) -> Array:
     if J.shape[0] != n or not posture.tool_support.all() or mu < LEAST:
         return np.zeros(n)
     out = np.zeros(n)
-    _gradient(J, np.linalg.inv(J), mu, out)
+    _gradient(J, np.asarray(np.linalg.inv(J), dtype=np.float64), mu, out)
     return out
 
 

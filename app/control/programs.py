@@ -15,24 +15,21 @@ from app.assets import asset_folder, find_asset
 from app.control.goals import goal_error
 from app.control.path import StraightPath, straight_path
 from app.errors import ConfigError
-from app.messages import Array, Goal, freeze
-from app.robot.posture import rotation_matrix
-from app.toml import Table, read_toml
+from app.messages import Array, Goal
+from app.poses import pose
+from app.toml import Name, NotNegative, Positive, Table, Vector, read_toml
 
 LEASH = 0.15  # [m] the goal stands still when the tool is this far behind
 LEASH_TURN = 0.5  # [rad]
-
-Positive = Annotated[float, Meta(gt=0)]
-Triple = Annotated[list[float], Meta(min_length=3, max_length=3)]
 
 
 class WaypointTable(Table, frozen=True):
     """One `[[waypoint]]`; metres, degrees (roll, pitch, yaw about fixed axes), seconds."""
 
-    name: str
-    position_m: Triple
-    rpy_deg: Triple
-    dwell_s: Annotated[float, Meta(ge=0)] = 0.0
+    name: Name
+    position_m: Vector
+    rpy_deg: Vector
+    dwell_s: NotNegative = 0.0
 
 
 class ProgramTable(Table, frozen=True):
@@ -85,26 +82,11 @@ def shipped_programs() -> dict[str, Program]:
 def load_program(path: Path) -> Program:
     """Read a program; a ConfigError names the file, the key and the remedy."""
     t = read_toml(path, ProgramTable, ConfigError)
-    for w in t.waypoint:
-        if not np.isfinite([*w.position_m, *w.rpy_deg]).all():
-            raise ConfigError(f"{path}: waypoint {w.name!r} is not finite; give numbers")
-    points = tuple(
-        Waypoint(w.name, pose_of(w.position_m, np.radians(w.rpy_deg)), w.dwell_s)
-        for w in t.waypoint
-    )
+    points = tuple(Waypoint(w.name, pose(w.position_m, w.rpy_deg), w.dwell_s) for w in t.waypoint)
     return Program(
         path.stem, t.title, points, t.reach_m, float(np.radians(t.reach_deg)),
         t.speed_mps, float(np.radians(t.turn_dps)), t.loop,
     )  # fmt: skip
-
-
-def pose_of(position: Array | list[float] | tuple[float, ...], rpy: Array) -> Array:
-    """(4, 4) of a place [m] and roll, pitch, yaw [rad] about the base's fixed x, y, z."""
-    x, y, z = (rotation_matrix(a * e) for a, e in zip(rpy, np.eye(3), strict=True))
-    T = np.eye(4)
-    T[:3, :3] = z @ y @ x
-    T[:3, 3] = position
-    return freeze(T)
 
 
 class ProgramRun:

@@ -21,12 +21,6 @@ from app.messages import Array, Pairs
 UNSURE = 0.25  # [m/s] a person may come faster than measured: twice the estimate's deviation
 NEW = 0.10  # [s] the reaction time holds a measurement this old: a frame and its processing
 LONG = 10.0  # [s] an older measurement says no more than one this old: nothing
-FASTEST = 1.5  # [m] from here on a person's pace allows any speed of an arm
-
-
-def in_use(params: Params) -> bool:
-    """Does the model bound the approach?"""
-    return params.separation or params.mode == "ssm"
 
 
 def protective_distance(
@@ -59,7 +53,7 @@ def person_speed(pairs: Pairs, params: Params) -> Array:
     assumed = np.full(len(pairs.distance), params.ssm_person)
     if not params.ssm_measured or pairs.approach is None:
         return assumed
-    return np.minimum(np.maximum(pairs.approach, 0.0) + UNSURE, assumed)
+    return np.asarray(np.minimum(np.maximum(pairs.approach, 0.0) + UNSURE, assumed))
 
 
 def ages(pairs: Pairs) -> Array:

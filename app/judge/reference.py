@@ -55,7 +55,7 @@ def signed_distance(point: Array, triangles: Array) -> float:
         la, lb, lc = np.sqrt(a @ a), np.sqrt(b @ b), np.sqrt(c @ c)
         down = la * lb * lc + (a @ b) * lc + (b @ c) * la + (c @ a) * lb
         winding += np.arctan2(a @ np.cross(b, c), down)
-    distance = np.sqrt(best)
+    distance = float(np.sqrt(best))
     return -distance if winding > np.pi else distance
 
 

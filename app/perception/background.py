@@ -29,7 +29,7 @@ class Background:
     @property
     def learning(self) -> bool:
         """Is it being learned just now?"""
-        return np.isfinite(self._until)
+        return bool(np.isfinite(self._until))
 
     def learn(self, now: float, seconds: float) -> None:
         """Begin anew, without the preview there was; `finish` is due after `seconds`."""

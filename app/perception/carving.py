@@ -136,7 +136,7 @@ def _missed(v: Voxels, row: int, weak: bool) -> bool:
         v.weak[row] += 1
     else:
         v.strong[row] += 1
-    return v.strong[row] >= STRONG or v.weak[row] >= WEAK
+    return bool(v.strong[row] >= STRONG or v.weak[row] >= WEAK)
 
 
 @compiled

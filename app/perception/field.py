@@ -104,4 +104,4 @@ def _least(p: Array, link: int, forest: Forest, around: float, d: NDArray[np.flo
 
 @compiled
 def _between(d: NDArray[np.float32], row: int, t: float) -> float:
-    return (1.0 - t) * d[row] + t * d[row + 1]
+    return float((1.0 - t) * d[row] + t * d[row + 1])

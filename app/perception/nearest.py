@@ -108,7 +108,7 @@ def nearest_faces(asked: Batch, link: int, forest: Forest) -> None:
 @compiled
 def _limit(asked: Batch, i: int) -> float:
     """The limit of point i, and what the feet of those before it allow, rounded up."""
-    limit, p = asked.square[i], asked.p[i]
+    limit, p = float(asked.square[i]), asked.p[i]
     for j in range(i):
         square = 0.0
         for a in range(3):

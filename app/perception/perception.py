@@ -1,15 +1,15 @@
 """Frames and joint states in, pairs out: everything that is believed of the world.
 
 frames ─► cloud (placed at each frame's own time, judged once) ─► memory, speed of the world
-       ─► closest pairs of the kind that the controller works with
+       ─► closest pairs of the kind that the controller needs ─► steadied
 
 Nothing behind it feeds back into it: what it believes follows from what was measured alone.
 """
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from itertools import groupby
-from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,7 @@ from app.messages import (
     Array,
     Cloud,
     JointState,
+    Needs,
     Pairs,
     SensorFrame,
     Verdict,
@@ -30,7 +31,8 @@ from app.messages import (
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory
-from app.perception.proximity import BodyPairs, ManyPairs, MountPairs, SteadyPairs
+from app.perception.proximity import BodyPairs, HeldPairs, ManyPairs, MountPairs
+from app.perception.steadying import Steadying, aged
 from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
 from app.robot.model import Robot
@@ -40,23 +42,37 @@ from app.robot.skin import Skin
 KEPT = int(Verdict.KEPT)  # numpy is slow with an enum
 VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
 LAST_VISIT = 3  # see `Memory.visited`
-REACH = 0.6  # [m] several pairs a link are looked for up to here
+REACH = 0.6  # [m] several pairs a link are looked for up to here: the QP's largest use of them
+# [m] a link keeps its point unless another is nearer by more: one deviation of a zone's range,
+# without it the point of a flat wall jumps 44 times in 10 s (specification, section 1.6)
+HELD = 0.01
 Lap = Callable[[str], None]
-Kind = Literal["mounts", "links", "several"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Percept:
-    """What is believed at one tick; `pairs` are the controller's, `body` the whole body's.
+    """What is believed at one tick.
 
+    pairs:  those measured now, of the kind that the controller needs.   body: the whole body's.
+    steady: what the controller is told: `pairs` followed from tick to tick.
     memory: (n, 3) [m] remembered points near the arm, base frame.
     """
 
     posture: Posture
     cloud: Cloud
     pairs: Pairs
+    steady: Pairs
     body: Pairs
     memory: Array
+
+
+@lru_cache(maxsize=4)
+def as_published(params: Params) -> Params:
+    """Settings with which perception does what the paper says, and nothing else."""
+    return replace(
+        params, two_sided=True, footprint=False, ghost_filter=False, memory=False,
+        obstacle_speed=False,
+    )  # fmt: skip
 
 
 class Perception:
@@ -69,8 +85,9 @@ class Perception:
         self._body = BodyPairs(robot)
         self._memory = Memory(robot, skin)
         self._speed = ObstacleSpeed(skin)
-        self._steady, self._many = SteadyPairs(self._body), ManyPairs(self._body)
-        self._mounts = MountPairs(skin)
+        self._held, self._many = HeldPairs(self._body), ManyPairs(self._body)
+        self._mounts, self._steadying = MountPairs(skin), Steadying()
+        self._kind = ""  # of the pairs that are followed
 
     @property
     def background(self) -> Background:
@@ -98,8 +115,10 @@ class Perception:
         """Follow no pair and no motion of before; frames and memory live by their own age."""
         self._body.reset()
         self._speed.reset()
-        self._steady.reset()
+        self._held.reset()
         self._many.reset()
+        self._steadying.reset()
+        self._kind = ""
 
     def update(
         self,
@@ -107,14 +126,15 @@ class Perception:
         joints: JointState,
         posture: Posture,
         params: Params,
-        kind: Kind,
-        ages: bool,
+        needs: Needs,
+        dt: float,
         lap: Lap,
     ) -> Percept:
-        """What is believed at `joints`, with pairs of this kind and maybe their ages.
+        """What is believed at `joints`, with the pairs that the controller needs.
 
-        posture: at `joints.q`.
+        posture: at `joints.q`.   dt: [s] since the last tick.
         """
+        params = as_published(params) if needs.as_published else params
         self._history.append(joints)
         lap("kinematics")
         self._take(frames, params)
@@ -122,16 +142,17 @@ class Perception:
         lap("filter")
         points, use = self._world_points(cloud, posture, joints.stamp, params)
         body = self._body.search(points, use, posture)
-        pairs = self._pairs(kind, body, points, use, posture, joints.stamp, params)
+        pairs = self._pairs(needs, body, points, use, posture, joints.stamp)
         if params.obstacle_speed:
             pairs = self._speed.update(pairs, joints.stamp)
-        if ages:
+        if needs.ages:
             pairs = replace(pairs, age=self._ages(pairs, cloud, joints.stamp))
+        steady = self._steadied(pairs, posture, params, needs, dt)
         if params.memory:
             self._revise_memory(body, len(cloud.points), joints.stamp, params)
         memory = freeze(self._memory.points[self._memory.near])
         lap("pairs")
-        return Percept(posture, cloud, pairs, body, memory)
+        return Percept(posture, cloud, pairs, steady, body, memory)
 
     def recall(self, joints: JointState, params: Params) -> Percept:
         """What was believed before, at the present posture: for a tick that trusts nothing new."""
@@ -139,7 +160,7 @@ class Perception:
         cloud = self._cloud.view(joints.stamp, params)
         points, use = self._world_points(cloud, posture, joints.stamp, params)
         body = self._body.search(points, use, posture)
-        return Percept(posture, cloud, body, body, np.empty((0, 3)))
+        return Percept(posture, cloud, body, body, body, np.empty((0, 3)))
 
     def _take(self, frames: Sequence[SensorFrame], params: Params) -> None:
         """Judge new frames, each at the posture that the arm had when it was measured."""
@@ -169,14 +190,27 @@ class Perception:
         )
 
     def _pairs(
-        self, kind: Kind, body: Pairs, points: Array, use: NDArray[np.bool_], posture: Posture,
-        now: float, params: Params,
+        self, needs: Needs, body: Pairs, points: Array, use: NDArray[np.bool_], posture: Posture,
+        now: float,
     ) -> Pairs:  # fmt: skip
-        if kind == "mounts":
+        if needs.pairs == "mounts":
             return self._mounts.search(points, use, posture)
-        if kind == "several":
+        if needs.pairs == "several":
             return self._many.update(body, points, use, posture, REACH, now)
-        return self._steady.update(body, points, use, posture, params.pair_hold)
+        hold = 0.0 if needs.as_published else HELD
+        return self._held.update(body, points, use, posture, hold)
+
+    def _steadied(
+        self, pairs: Pairs, posture: Posture, params: Params, needs: Needs, dt: float
+    ) -> Pairs:
+        """`pairs` without the sensors' noise, for every controller alike."""
+        if needs.as_published:
+            return pairs
+        if needs.pairs != self._kind:
+            self._steadying.reset()
+            self._kind = needs.pairs
+        steady = self._steadying.update(posture, pairs, needs.reach, dt)
+        return aged(steady, pairs, params.frame_age) if needs.ages else steady
 
     def _revise_memory(self, body: Pairs, current: int, now: float, params: Params) -> None:
         """Tell the memory what moves, and where the arm's own body has been."""

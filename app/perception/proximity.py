@@ -111,7 +111,7 @@ class ManyPairs:
         return due
 
 
-class SteadyPairs:
+class HeldPairs:
     """Holds on to each link's last point while no other is nearer by more than a margin.
 
     On a flat wall the nearest point changes many times a second between equals, and the

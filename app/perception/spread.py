@@ -52,20 +52,20 @@ def several_of_links(
     Returns the row of the closest pair of what moves, -1 if there is none.
     """
     k = len(out.row) // len(links.moves)
-    if due.any():
-        who = gather(points, use)
-        voxels, square, pool = _voxels(who), np.empty(len(who.row)), room(LOOKS)
-        for link in np.flatnonzero(due):
-            first, T, n = nearest.row[link], T_base_link[link], 0
-            if first >= 0:
-                box_squares(who, T, link, links.forest, square)
-                _thin(who, square, first, reach, voxels)
-                copy(nearest, link, pool, 0)
-                n = _pick(who, voxels, first, pool)
-                look(points, T, link, reach, links.forest, pool, 1, n)
-            _choose(pool, n, out, link * k, link * k + k)
-    for link in np.flatnonzero(~due):
-        _hold(points, use, T_base_link[link], link, nearest, links, out)
+    who = gather(points, use & due.any())  # nobody is due: no point need be gathered
+    voxels, square, pool = _voxels(who), np.empty(len(who.row)), room(LOOKS)
+    for link in range(len(links.moves)):
+        first, T, n = nearest.row[link], T_base_link[link], 0
+        if not due[link]:
+            _hold(points, use, T, link, nearest, links, out)
+            continue
+        if first >= 0:
+            box_squares(who, T, link, links.forest, square)
+            _thin(who, square, first, reach, voxels)
+            copy(nearest, link, pool, 0)
+            n = _pick(who, voxels, first, pool)
+            look(points, T, link, reach, links.forest, pool, 1, n)
+        _choose(pool, n, out, link * k, link * k + k)
     return closest(out, links.moves)
 
 

@@ -68,16 +68,15 @@ class ObstacleSpeed:
         )  # fmt: skip
 
     def update(self, pairs: Pairs, now: float) -> Pairs:
-        """`pairs` with `approach` (B,) and `approach_sigma` (B,) [m/s] filled in."""
+        """`pairs` with `approach` (B,) [m/s] filled in."""
         B = len(pairs.distance)
         if len(self._tracks.sure) != B:
             self._tracks = _tracks(B)
-        approach, sigma = np.empty((2, B))
+        approach = np.empty(B)
         _follow(
-            self._tracks, self._frames, now, pairs.distance, pairs.on_world, pairs.normal,
-            approach, sigma,
+            self._tracks, self._frames, now, pairs.distance, pairs.on_world, pairs.normal, approach
         )  # fmt: skip
-        return replace(pairs, approach=freeze(approach), approach_sigma=freeze(sigma))
+        return replace(pairs, approach=freeze(approach))
 
     def moving(self) -> Array:
         """(m, 3) [m] points of the tracks that are known to move, base frame."""
@@ -100,7 +99,6 @@ def _follow(
     on_world: Array,
     normal: Array,
     approach: Array,
-    sigma: Array,
 ) -> None:
     """Carry the tracks on to the pairs (B,), measure those that are due, write what they say."""
     for row in range(len(distance)):
@@ -122,12 +120,11 @@ def _follow(
         if abs(w) < DEAD_BAND or tracks.sure[row] < SURE:
             w = 0.0
         approach[row] = min(max(w, LEAST_SPEED), MOST)
-        sigma[row] = np.sqrt(tracks.variance[row])
 
 
 @compiled
 def _apart(a: Array, b: Array) -> float:
-    return np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2)
+    return float(np.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2 + (a[2] - b[2]) ** 2))
 
 
 @compiled

@@ -83,7 +83,7 @@ def find(v: Voxels, cell: int) -> int:
     h = (cell * 2654435761) & (TABLE - 1)
     while v.table[h] >= 0:
         if v.cell[v.table[h]] == cell:
-            return v.table[h]
+            return int(v.table[h])
         h = (h + 1) & (TABLE - 1)
     return -1
 
@@ -207,8 +207,8 @@ def _life(v: Voxels, row: int, life: Array) -> float:
     that no sensor may look at again.
     """
     if v.kind[row] == UNDECIDED and v.apart[row] and v.looked[row] <= v.seen[row]:
-        return life[STATIC]
-    return life[v.kind[row]]
+        return float(life[STATIC])
+    return float(life[v.kind[row]])
 
 
 @compiled

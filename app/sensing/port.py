@@ -38,7 +38,7 @@ class PortFacts:
 
     open:   it can be read.   heard: when the last bytes came [s], -inf before any.
     spoke:  when the last whole frame came [s], likewise.
-    frames, damaged, lost: counted since it was opened.   dropped: reads never taken out.
+    frames, damaged, lost: counted since it was opened.
     drift:  of the board's clock.   restarts: how often it began anew.
     error:  why it is not open, or why its reader has died.
     busy:   processor time of the reader [s].
@@ -51,7 +51,6 @@ class PortFacts:
     frames: int
     damaged: int
     lost: int
-    dropped: int
     drift: float
     error: str
     busy: float = 0.0
@@ -71,7 +70,6 @@ class Port:
         self._open = True
         self._error = ""
         self._heard = self._spoke = float("-inf")
-        self._dropped = 0
         self._busy = 0.0
         self._quit = threading.Event()
         device = self._connect()
@@ -96,7 +94,7 @@ class Port:
         s = self._stream
         return PortFacts(
             self._open, s.format, self._heard, self._spoke, s.frames, s.damaged, s.lost,
-            self._dropped, s.drift, self._error, self._busy, s.restarts,
+            s.drift, self._error, self._busy, s.restarts,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -137,7 +135,6 @@ class Port:
                     device.baudrate = self._next_baud()
                     _wait_in_kernel(line)
                     self._stream, tried = Stream(self._spec.format), now
-                self._dropped += len(self._mailbox) == MAILBOX
                 self._mailbox.append((self._stream, chunk, now))
             self._busy = time.thread_time()
 

@@ -6,7 +6,8 @@ that is near something away at least as fast as that comes, whatever the control
 
 import numpy as np
 
-from app.control.active_set import minimise
+from app.control.solver import FREE, Problem, minimise
+from app.errors import StudyError
 from app.messages import Array, Pairs
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -26,8 +27,10 @@ def free_direction(
     near = np.flatnonzero((pairs.distance < NEAR) & moves)
     J = posture.distance_rows(pairs.link[near], pairs.on_robot[near], pairs.normal[near])
     n, m = robot.n, len(near)
-    most, qd = speed * robot.qd_max, np.empty(n)
+    most = speed * robot.qd_max
+    low, high = np.concatenate((-most, coming[near])), np.concatenate((most, np.full(m, FREE)))
     dear, stiff = np.full(m, 50.0), np.full(m, 100.0)
-    H = 1e-3 * np.eye(n)
-    minimise(H, np.zeros(n), J, coming[near], dear, stiff, -most, most, qd)
+    qd = minimise(Problem(1e-3 * np.eye(n), np.zeros(n), J, low, high, dear, stiff))
+    if qd is None:
+        raise StudyError("whether there was a free direction was not found; report the seed")
     return float((coming[near] - J @ qd).max(initial=0.0)) < SHORT

@@ -1,119 +1,42 @@
 """The same engine without a page and without waiting: a run and what came of it."""
 
-import re
-from collections import Counter
-from dataclasses import dataclass, field
-
-import numpy as np
+from collections.abc import Callable
 
 from app.config import Params
 from app.control.goals import goal_error
-from app.judge.truth import TrueDistance
-from app.messages import Mode, Snapshot
-from app.plant.simulated import SimulatedPlant
+from app.judge.run import Judge, Record
+from app.messages import Snapshot
 from app.report import Check, Report
 from app.runtime import Engine
 from app.wiring import Setup, build_engine, clock_for
-from app.world.world import World
-
-DISTAL = 3  # joints that move a link which can be moved in every direction
-JUDGED_EVERY = 0.02  # [s] true distances are exact and cost a millisecond
 
 
-@dataclass
-class Record:
-    """What was seen along a run; distances in metres, over time in `stamp` [s]."""
+def step_until(engine: Engine, end: float, *watchers: Callable[[Snapshot], None]) -> Snapshot:
+    """Step to `end` [s] on its clock, or until a recording has ended; returns the last tick's.
 
-    began: float = 0.0  # [s]
-    stamp: list[float] = field(default_factory=list)
-    true_distance: list[float] = field(default_factory=list)
-    distal_distance: list[float] = field(default_factory=list)  # of what three joints move
-    seen_distance: list[float] = field(default_factory=list)
-    activation: list[float] = field(default_factory=list)
-    lowest: float = np.inf  # [m] of any point of what moves, above the base's x-y plane
-    ticks: int = 0
-    avoiding: int = 0  # ticks in which the avoidance acted
-    blind: float = 0.0  # sum over the ticks of what could not be told
-    reasons: Counter[str] = field(default_factory=Counter)  # ticks with each mode's reason
-    advice: Counter[str] = field(default_factory=Counter)  # ticks with each advice
-    stops: list[dict[str, object]] = field(default_factory=list)
-    warnings: tuple[str, ...] = ()  # what a person should know before it starts
-    overspeed: float = -np.inf  # [rad/s] largest excess over a velocity limit
-    overreach: float = -np.inf  # [rad] largest excess over a position limit
-
-    def steady(self, seconds: float) -> float:
-        """Mean true distance [m] over the last `seconds`."""
-        last = np.array(self.stamp) > self.stamp[-1] - seconds
-        return float(np.mean(np.array(self.true_distance)[last]))
-
-
-class Judge:
-    """Watches an engine and knows the truth; the engine does not know the judge."""
-
-    def __init__(self, engine: Engine) -> None:
-        self._engine = engine
-        robot = engine.robot
-        self._moving = np.flatnonzero(robot.supports.any(axis=1))
-        self._distal = robot.supports.sum(axis=1)[self._moving] >= DISTAL
-        self._truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
-        plant = engine.plant
-        self._world = plant.world if isinstance(plant, SimulatedPlant) else World(())
-        shapes = self._world.shapes()
-        self._cell = [b.name for b in engine.cell.boxes if b.name in shapes]  # never avoided
-        self._points = [b.vertices[np.unique(b.faces)] for b in robot.bodies]
-        self._next = -np.inf
-        self._mode = Mode.RUNNING
-        self.record = Record()
-
-    def see(self, s: Snapshot) -> None:
-        """Take note of one tick."""
-        r, robot = self.record, self._engine.robot
-        r.overspeed = max(r.overspeed, float((np.abs(s.joints.qd) - robot.qd_max).max()))
-        outside = np.maximum(s.joints.q - robot.q_max, robot.q_min - s.joints.q)
-        r.overreach = max(r.overreach, float(outside.max()))
-        if s.status.mode is Mode.STOPPED and self._mode is not Mode.STOPPED:
-            r.stops.append({"at": s.stamp - r.began, "reason": s.status.reason})
-        self._mode = s.status.mode
-        r.ticks += 1
-        r.avoiding += s.command.activation > 0.0
-        r.blind += s.blind
-        r.reasons[f"{s.status.mode.value}: {s.status.reason}"] += 1
-        if s.advice:
-            r.advice[_without_figures(s.advice)] += 1
-        if s.stamp >= self._next:
-            self._next = s.stamp + JUDGED_EVERY
-            true = self._truth.measure(s.T_base_link, self._world, self._cell)[self._moving]
-            r.stamp.append(s.stamp)
-            r.true_distance.append(float(true.min()))
-            r.distal_distance.append(float(true[self._distal].min()))
-            r.seen_distance.append(float(s.body.distance[self._moving].min()))
-            r.activation.append(s.command.activation)
-            for i in self._moving:  # the base stands on the table for ever
-                T = s.T_base_link[i]
-                r.lowest = min(r.lowest, float((self._points[i] @ T[2, :3]).min() + T[2, 3]))
-
-
-def _without_figures(words: str) -> str:
-    """The same advice with other figures in it is the same advice."""
-    return re.sub(r"\d+(\.\d+)?", "#", words)
+    Every watcher is handed every snapshot. The engine is closed then, whatever happens.
+    """
+    ticks = engine.subscribe(1)
+    try:
+        while True:
+            snapshot = engine.step()
+            for watch in watchers:
+                watch(snapshot)
+            ((inputs, _),) = ticks.take()
+            if snapshot.stamp >= end or inputs.source.ended:
+                return snapshot
+    finally:
+        engine.close()
 
 
 def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Record, Snapshot]:
     """Run for `seconds` of simulated time, or until the recording has ended."""
     clock = clock_for(setup)
     engine = build_engine(setup, clock, params)
-    judge, ticks = Judge(engine), engine.subscribe(1)
+    judge = Judge(engine)
     judge.record.began, judge.record.warnings = clock.now(), engine.warnings
-    end = judge.record.began + seconds
-    try:
-        while True:
-            snapshot = engine.step()
-            judge.see(snapshot)
-            ((inputs, _),) = ticks.take()
-            if snapshot.stamp >= end or inputs.source.ended:
-                return judge.record, snapshot
-    finally:
-        engine.close()
+    last = step_until(engine, judge.record.began + seconds, judge.update)
+    return judge.record, last
 
 
 def summary(setup: Setup, seconds: float, params: Params | None = None) -> Report:

@@ -12,31 +12,34 @@ from collections import Counter, deque
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from app.actions import SetGoal
-from app.config import ControlMode, Params
+from app.config import Params
+from app.control.registry import kind_of, taking_part
 from app.judge.least import LeastDistance
+from app.judge.run import JUDGED_EVERY
 from app.judge.truth import TrueDistance
 from app.messages import Array, Goal, Mode, Snapshot, freeze
+from app.poses import transform
 from app.report import Check, Report
 from app.robot.arm import SimulatedArm
-from app.robot.model import Robot, find_robot, load_robot
-from app.robot.skin import Skin, load_skin
+from app.robot.model import Robot
+from app.robot.skin import Skin
 from app.sensing.simulated import SimulatedSkin
 from app.studies.free_direction import free_direction
-from app.studies.headless import JUDGED_EVERY
+from app.studies.headless import step_until
 from app.studies.trial_log import Trial, TrialLog
 from app.timing import ManualClock
-from app.wiring import assemble
-from app.world.motion import make_motion
-from app.world.shapes import make_shape
-from app.world.tables import transform
+from app.wiring import Setup, Start, assemble, build_robot_and_skin
+from app.world.motion import motion_of
+from app.world.shapes import shape_of
+from app.world.tables import BoxShape, CapsuleShape, LineMotion, SphereShape
 from app.world.world import Body, World
 
-MODES: tuple[ControlMode, ...] = ("sm", "wb", "qp")
+OURS = Params().mode  # the controller that is blamed for what it touches
 AHEAD = 0.5  # [s] an obstacle must have been seen before a touch
 TRUE = 0.10  # [m] perceived minus true distance up to which it counts as seen
 CLEAR = 0.35  # [m] true distance of every body at the start
@@ -52,7 +55,8 @@ def random_worlds(
     log: a file of trials; those in it are not run again, and each new one is added to it.
     """
     done = TrialLog(log, {"seconds": seconds, "rate": rate})
-    wanted = [(seed + i, mode) for i in range(worlds) for mode in MODES]
+    modes = [kind.name for kind in taking_part("worlds")]
+    wanted = [(seed + i, mode) for i in range(worlds) for mode in modes]
     _run(done, done.missing(wanted), seconds, rate)
     trials = [done.done[w] for w in wanted]
     return _report(trials, worlds, seconds, seed)
@@ -61,22 +65,21 @@ def random_worlds(
 def _run(log: TrialLog, wanted: list[tuple[int, str]], seconds: float, rate: float) -> None:
     if not wanted:
         return
-    robot = load_robot(find_robot("ur10e"))
-    assert robot.skin is not None
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot="ur10e"))
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
     for seed, mode in wanted:
-        log.add(run_trial(robot, skin, truth, seed, cast(ControlMode, mode), seconds, rate))
+        log.add(run_trial(robot, skin, truth, seed, mode, seconds, rate))
 
 
 def _report(trials: list[Trial], worlds: int, seconds: float, seed: int) -> Report:
-    rows = [_row(mode, [t for t in trials if t.mode == mode], seconds) for mode in MODES]
+    modes = list(dict.fromkeys(t.mode for t in trials))
+    rows = [_row(mode, [t for t in trials if t.mode == mode], seconds) for mode in modes]
     rows += [
         {"name": f"touch {t.mode} seed {t.seed}", **t.touch} for t in trials if t.touch is not None
     ]
     rows += [{"name": f"fault {t.mode} seed {t.seed}", "fault": t.fault} for t in trials if t.fault]
     blamed = sum(
-        1 for t in trials if t.mode == "qp" and t.touch and t.touch["cause"] == "avoidable"
+        1 for t in trials if t.mode == OURS and t.touch and t.touch["cause"] == "avoidable"
     )
     checks = [
         Check("worlds", float(worlds), "", 1000.0, at_least=True),
@@ -87,7 +90,7 @@ def _report(trials: list[Trial], worlds: int, seconds: float, seed: int) -> Repo
         Check("excess over a position limit", max(t.reach for t in trials), "rad", ROUNDING),
         Check("commands not finite", float(sum(not t.finite for t in trials)), "", 0.0),
         Check("exceptions", float(sum(bool(t.fault) for t in trials)), "", 0.0),
-        Check("qp: touches seen ahead with a free direction", float(blamed), "", 0.0),
+        Check(f"{OURS}: touches seen ahead with a free direction", float(blamed), "", 0.0),
     ]
     return Report("random worlds", seed, rows, checks)
 
@@ -97,7 +100,7 @@ def run_trial(
     skin: Skin,
     truth: TrueDistance,
     seed: int,
-    mode: ControlMode,
+    mode: str,
     seconds: float,
     rate: float,
     params: Params | None = None,
@@ -109,22 +112,20 @@ def run_trial(
     source = SimulatedSkin(robot, skin, world, seed)
     arm = SimulatedArm(robot)
     # each as it is meant to be run: the paper's have no memory
-    chosen = params or Params(memory=mode == "qp")
+    chosen = params or Params(memory=kind_of(mode).memory[0])
     chosen = replace(chosen, mode=mode)
     engine = assemble(
-        robot, skin, arm, source, world, ManualClock(), params=chosen, goal=goals[0], rate=rate
+        robot, skin, arm, source, world, ManualClock(), Start(params=chosen, goal=goals[0]), rate
     )
     trial = Trial(seed, mode)
-    watch = _Watch(trial, robot, truth, world, rate)
-    turn = 0
-    while True:
-        s = engine.step()
-        watch.see(s)
-        if s.stamp >= seconds:
-            return trial
-        if s.stamp >= (turn + 1) * NEW_GOAL:
-            turn += 1
-            engine.post(SetGoal(goals[turn].T_base_tool))
+    later = deque((turn * NEW_GOAL, goal) for turn, goal in enumerate(goals[1:], start=1))
+
+    def set_next_goal(s: Snapshot) -> None:
+        if s.stamp >= later[0][0]:
+            engine.post(SetGoal(later.popleft()[1].T_base_tool))
+
+    step_until(engine, seconds, _Watch(trial, robot, truth, world, rate).update, set_next_goal)
+    return trial
 
 
 class _Past(NamedTuple):
@@ -147,7 +148,7 @@ class _Watch:
         self._least = LeastDistance(truth, robot, self._moving, world)
         self._past: deque[Snapshot] = deque()
 
-    def see(self, s: Snapshot) -> None:
+    def update(self, s: Snapshot) -> None:
         """Take note of one tick."""
         t, robot, qd = self._trial, self._robot, s.command.qd
         t.finite &= bool(np.isfinite(qd).all())
@@ -232,21 +233,21 @@ def random_goal(robot: Robot, rng: np.random.Generator) -> Goal:
 
 def _random_body(name: str, rng: np.random.Generator) -> Body:
     kind = rng.choice(["sphere", "box", "capsule"])
-    table: dict[str, Any] = {"kind": str(kind)}
+    table: BoxShape | SphereShape | CapsuleShape
     if kind == "box":
-        table["size_m"] = rng.uniform(0.1, 0.4, 3).tolist()
+        table = BoxShape(tuple(rng.uniform(0.1, 0.4, 3).tolist()))
+    elif kind == "sphere":
+        table = SphereShape(float(rng.uniform(0.05, 0.15)))
     else:
-        table["radius_m"] = float(rng.uniform(0.05, 0.15))
-        if kind == "capsule":
-            table["length_m"] = float(rng.uniform(0.2, 0.6))
+        table = CapsuleShape(float(rng.uniform(0.05, 0.15)), float(rng.uniform(0.2, 0.6)))
     start, end = _place(rng, 0.5, 1.6), _place(rng, 0.3, 0.9)
     T = transform(start, rng.uniform(-1.0, 1.0, 3))
     script = None
     if rng.random() < 0.5:
         speed = float(rng.uniform(0.1, 0.5))
-        script = {"kind": "line", "to_m": end.tolist(), "speed_mps": speed, "dwell_s": 1.0}
-    shape = make_shape(table, Path(), name)
-    return Body(name, shape, (150, 150, 150), make_motion(script, T, name))
+        script = LineMotion(tuple(end.tolist()), speed, dwell_s=1.0)
+    shape = shape_of(table, Path(), name)
+    return Body(name, shape, (150, 150, 150), motion_of(script, T, name))
 
 
 def _place(rng: np.random.Generator, near: float, far: float) -> Array:

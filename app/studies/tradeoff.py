@@ -12,19 +12,19 @@ from typing import Any
 
 import numpy as np
 
-from app.config import ControlMode, Params
+from app.config import Params
 from app.control.goals import goal_error
-from app.messages import Array
+from app.control.registry import kind_of, taking_part
+from app.judge.run import Judge
+from app.messages import Array, Snapshot
 from app.report import Check, Report
-from app.studies.headless import Judge
+from app.studies.headless import step_until
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
 PLATES = ("front-panel", "side-panel")
 CELL, PROGRAM = "cell", "door-screws"
-RUNS: tuple[tuple[ControlMode, bool], ...] = (
-    ("wb", False), ("wb", True), ("multi", True), ("qp", True),
-)  # fmt: skip
+OURS, BESIDE = Params().mode, "wb"  # whose figures are checked against whose
 STILL = 3.0  # [s] from here on a plate's scene has settled: chatter is counted from then
 D_MIN = 0.20  # [m] time above it is compared
 
@@ -34,21 +34,20 @@ class Point:
     """One controller with one distance setting in one scene."""
 
     scene: str
-    mode: ControlMode
+    mode: str
     memory: bool
     kept: float
 
     @property
     def name(self) -> str:
         """The controller in words."""
-        return f"{self.mode} with memory" if self.memory and self.mode != "qp" else self.mode
+        usual = self.memory == kind_of(self.mode).memory[0]
+        return self.mode if usual else f"{self.mode} {'with' if self.memory else 'without'} memory"
 
     def params(self) -> Params:
-        """`kept` [m]: d_s of the QP; the task priority begins to give way 5 cm before it."""
-        if self.mode == "qp":
-            return Params(mode="qp", d_s=self.kept, memory=self.memory)
-        d_min = max(self.kept - 0.05, 0.05)
-        return replace(Params(), mode=self.mode, d_min=d_min, memory=self.memory)
+        """The settings that keep `kept` [m]."""
+        keeping = kind_of(self.mode).keeping(self.kept)
+        return replace(Params(), mode=self.mode, memory=self.memory, **keeping)
 
 
 def tradeoff(
@@ -57,8 +56,9 @@ def tradeoff(
 ) -> Report:  # fmt: skip
     """Every mode, scene and distance; the rows are the points of the plot, the cell's of
     `seeds` runs each."""
-    plates = [Point(s, *run, d) for s in PLATES for run in RUNS for d in kept]
-    cells = [Point(CELL, *run, d) for run in RUNS for d in kept]
+    runs = [(kind.name, memory) for kind in taking_part("tradeoff") for memory in kind.memory]
+    plates = [Point(s, *run, d) for s in PLATES for run in runs for d in kept]
+    cells = [Point(CELL, *run, d) for run in runs for d in kept]
     rows = [run_point(p, seconds, seed, rate) for p in plates]
     for p in cells:
         rows.append(mean([run_point(p, cell_seconds, seed + i, rate) for i in range(seeds)]))
@@ -79,14 +79,14 @@ def run_point(p: Point, seconds: float, seed: int, rate: float) -> dict[str, Any
     setup = Setup(scene=p.scene, seed=seed, rate=rate, program=program)
     engine = build_engine(setup, ManualClock(), p.params())
     judge = Judge(engine)
-    qd, held = [], []
-    while True:
-        s = engine.step()
-        judge.see(s)
+    qd: list[Array] = []
+    held: list[bool] = []
+
+    def note(s: Snapshot) -> None:
         qd.append(s.command.qd)
         held.append(s.command.activation > 0.0)
-        if s.stamp >= seconds:
-            break
+
+    s = step_until(engine, seconds, judge.update, note)
     r = judge.record
     true = np.array(r.true_distance)
     distal = np.array(r.distal_distance)  # what hardly moves is as near with any controller
@@ -124,10 +124,10 @@ def switches(held: list[bool]) -> int:
 def checks(rows: list[dict[str, Any]]) -> list[Check]:
     """The QP beside WB, without and with memory: before the plates at the same distance setting,
     in the cell where it reaches at least as many waypoints."""
-    ours = [r for r in rows if r["mode"] == "qp"]
+    ours = [r for r in rows if r["mode"] == OURS]
     out = []
     for b in rows:
-        if b["mode"] not in ("wb", "wb with memory"):
+        if b["mode"] not in (BESIDE, f"{BESIDE} with memory"):
             continue
         in_cell = b["scene"] == CELL
         beside = [
@@ -142,12 +142,12 @@ def checks(rows: list[dict[str, Any]]) -> list[Check]:
         )
         for words, key, unit in (("least", least, "m"), ("time above d_min", above, "")):
             gain = max((a[key] - b[key] for a in beside), default=-np.inf)
-            out.append(Check(f"{b['name']}: {words}, qp - it", gain, unit, 0.0, at_least=True))
+            out.append(Check(f"{b['name']}: {words}, {OURS} - it", gain, unit, 0.0, at_least=True))
         if not in_cell:
             ratio = beside[0]["jerk_rms"] / b["jerk_rms"]
-            out.append(Check(f"{b['name']}: jerk, qp / it", ratio, "", 0.2))
+            out.append(Check(f"{b['name']}: jerk, {OURS} / it", ratio, "", 0.2))
     for a in rows:
-        if a["mode"] == "qp" and a["scene"] in PLATES:
+        if a["mode"] == OURS and a["scene"] in PLATES:
             short = a["steady_m"] - a["kept_m"]
             out.append(Check(f"{a['name']}: steady - d_s", short, "m", -0.02, at_least=True))
             chatter = a["switches_per_s"]

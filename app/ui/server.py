@@ -74,16 +74,6 @@ def close_page(server: viser.ViserServer) -> None:
         server.stop()
 
 
-@contextmanager
-def serving(host: str = "127.0.0.1", port: int = 8080) -> Iterator[viser.ViserServer]:
-    """`open_page` that stops the server on the way out, whatever happened."""
-    server = open_page(host, port)
-    try:
-        yield server
-    finally:
-        close_page(server)
-
-
 def page_url(server: viser.ViserServer) -> str:
     """The address to open in a browser."""
     return f"http://{bracketed(_reached(server.get_host()))}:{server.get_port()}"

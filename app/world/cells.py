@@ -7,7 +7,8 @@ from app.cell.files import CellTable, load_cell
 from app.cell.parts import Cell
 from app.errors import ConfigError, options
 from app.toml import read_toml
-from app.world.scene import KEYS, load_scene
+from app.world.scene import load_scene
+from app.world.tables import SceneTable
 
 FOLDERS = ("cells", "scenes")
 
@@ -36,5 +37,5 @@ def read_cell(path: Path) -> Cell:
 
 def is_scene(path: Path) -> bool:
     """Does the file hold what only a scene has? Nothing learned is written to a scene."""
-    only = set(KEYS) - set(CellTable.__struct_fields__)
+    only = set(SceneTable.__struct_fields__) - set(CellTable.__struct_fields__)
     return not only.isdisjoint(read_toml(path, dict, ConfigError))

@@ -1,15 +1,15 @@
 """Scripted motion: where a body is, as a pure function of time."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 
-from app.errors import WorldError, options
+from app.errors import WorldError
 from app.messages import Array, freeze
 from app.world.route import Route
-from app.world.tables import Table, expect_keys, number, typed, vector
+from app.world.tables import CircleMotion, LineMotion, MotionTable, WaypointsMotion
 
 
 class Motion(Protocol):
@@ -62,18 +62,21 @@ class Circle:
         return _rigid(self.R, self.centre + self.radius * way)
 
 
-def make_motion(table: Table | None, T_base_body: Array, where: str) -> Motion:
+def motion_of(table: MotionTable | None, T_base_body: Array, where: str) -> Motion:
     """The motion of a scene's table, which begins at the body's own pose; None is still."""
-    if table is None:
-        return Still(freeze(T_base_body))
-    kind = table.get("kind")
     where = f"{where}: motion"
-    if not isinstance(kind, str) or kind not in _MAKERS:
-        raise WorldError(f"{where}: unknown kind {kind!r}; {options(str(kind), _MAKERS)}")
-    return _MAKERS[kind](table, T_base_body, where)
+    match table:
+        case LineMotion(to_m=to, once=once):
+            return _along([np.array(to)], table, not once, T_base_body, where)
+        case WaypointsMotion(points_m=points, loop=loop):
+            return _along(list(map(np.array, points)), table, loop, T_base_body, where)
+        case CircleMotion():
+            return _circle(table, T_base_body[:3, :3], where)
+        case _:
+            return Still(freeze(T_base_body))
 
 
-def make_route(
+def route_of(
     stops: Sequence[Array], dwell: Sequence[float], speed: float, loop: bool, where: str
 ) -> Route:
     """A route over `stops` (3,) [m] with the seconds spent at each, checked."""
@@ -86,57 +89,28 @@ def make_route(
     return Route(freeze(points), freeze(np.array(dwell, dtype=np.float64)), speed, loop)
 
 
-def _make_still(table: Table, T_base_body: Array, where: str) -> Motion:
-    expect_keys(table, where, ["kind"])
-    return Still(freeze(T_base_body))
-
-
-def _make_line(table: Table, T_base_body: Array, where: str) -> Motion:
-    expect_keys(table, where, ["kind", "to_m", "speed_mps"], ["once", "dwell_s"])
-    loop = not typed(table, "once", where, bool, False)
-    return _along([vector(table, "to_m", where)], table, T_base_body, loop, where)
-
-
-def _make_waypoints(table: Table, T_base_body: Array, where: str) -> Motion:
-    expect_keys(table, where, ["kind", "points_m", "speed_mps"], ["loop", "dwell_s"])
-    points = typed(table, "points_m", where, list, [])
-    stops = [vector({f"points_m[{i}]": p}, f"points_m[{i}]", where) for i, p in enumerate(points)]
-    return _along(stops, table, T_base_body, typed(table, "loop", where, bool, True), where)
-
-
-def _along(stops: list[Array], table: Table, T_base_body: Array, loop: bool, where: str) -> Along:
+def _along(
+    stops: list[Array], table: LineMotion | WaypointsMotion, loop: bool, T_base_body: Array,
+    where: str,
+) -> Along:  # fmt: skip
     """From the body's own place over the stops."""
-    dwell = number(table, "dwell_s", where, 0.0)
-    if dwell < 0:
-        raise WorldError(f"{where}: dwell_s = {dwell:g}; give zero or more seconds")
-    speed = number(table, "speed_mps", where, positive=True)
     stops = [T_base_body[:3, 3], *stops]
-    route = make_route(stops, [dwell] * len(stops), speed, loop, where)
+    route = route_of(stops, [table.dwell_s] * len(stops), table.speed_mps, loop, where)
     return Along(route, T_base_body[:3, :3])
 
 
-def _make_circle(table: Table, T_base_body: Array, where: str) -> Motion:
-    required = ["kind", "centre_m", "axis", "radius_m", "period_s"]
-    expect_keys(table, where, required, ["phase_deg"])
-    axis = vector(table, "axis", where)
+def _circle(table: CircleMotion, R: Array, where: str) -> Circle:
+    axis = np.array(table.axis)
     if not axis.any():
         raise WorldError(f"{where}: axis = [0, 0, 0]; give a direction")
     return Circle(
-        centre=vector(table, "centre_m", where),
+        centre=np.array(table.centre_m),
         axis=axis / np.linalg.norm(axis),
-        radius=number(table, "radius_m", where, positive=True),
-        period=number(table, "period_s", where, positive=True),
-        phase=float(np.radians(number(table, "phase_deg", where, 0.0))),
-        R=T_base_body[:3, :3],
+        radius=table.radius_m,
+        period=table.period_s,
+        phase=float(np.radians(table.phase_deg)),
+        R=R,
     )
-
-
-_MAKERS: dict[str, Callable[[Table, Array, str], Motion]] = {
-    "still": _make_still,
-    "line": _make_line,
-    "waypoints": _make_waypoints,
-    "circle": _make_circle,
-}
 
 
 def _rigid(R: Array, position: Array) -> Array:

@@ -4,37 +4,22 @@ Lengths in metres, angles in degrees, base frame: x ahead of the arm at its home
 its left, z up from the table top on which the base stands.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+
+import numpy as np
 
 from app.assets import asset_folder, find_asset
 from app.cell.parts import Cell
 from app.errors import WorldError
 from app.messages import Array, Goal, freeze
+from app.poses import pose
 from app.toml import read_toml
-from app.world.entries import (
-    entries,
-    read_angles,
-    read_body,
-    read_crop,
-    read_person,
-    read_plane,
-    read_preset,
-)
+from app.world.entries import body_of, crop_of, plan_of, plane_of
 from app.world.person import person_bodies
-from app.world.tables import expect_keys, pose, typed
+from app.world.tables import BodyTable, CropTable, PersonTable, PlaneTable, SceneTable
 from app.world.world import Body
-
-KEYS = ("body", "person", "crop", "plane", "goal", "home_deg", "robot", "preset")
-PRESETS: Mapping[str, Mapping[str, Any]] = {  # where a scene names none
-    "ball": {"kind": "sphere", "radius_m": 0.10},
-    "box": {"kind": "box", "size_m": [0.20, 0.20, 0.30]},
-    "post": {"kind": "cylinder", "radius_m": 0.05, "length_m": 1.0},
-    "arm": {"kind": "capsule", "radius_m": 0.05, "length_m": 0.40},
-    "panel": {"kind": "panel", "size_m": [0.60, 0.60]},
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,7 +31,6 @@ class Scene:
     home:    (n,) [rad] posture to begin in, None = the robot's own.
     robot:   name of the robot that `home` is a posture of; another one begins in its own.
              Empty: of whichever robot comes.
-    presets: shape tables by name, which the page offers as new obstacles.
     """
 
     name: str
@@ -55,7 +39,6 @@ class Scene:
     cell: Cell
     goal: Goal | None
     home: Array | None
-    presets: Mapping[str, Mapping[str, Any]]
     robot: str = ""
 
 
@@ -69,33 +52,36 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
 
     Raises WorldError naming the file, the entry, the key and the remedy.
     """
-    table = read_toml(path, dict, WorldError)
     where, folder = path.name, path.parent
-    expect_keys(table, where, ["title"], KEYS)
-
-    read = [read_body(entry, folder, here) for entry, here in entries(table, "body", where)]
+    table = read_toml(path, SceneTable, WorldError, where)
+    for kind, entries in (
+        ("body", table.body), ("person", table.person),
+        ("crop", table.crop), ("plane", table.plane),
+    ):  # fmt: skip
+        _check_names(entries, f"{where}: {kind}")
+    read = [body_of(entry, folder, f"{where}: body {entry.name!r}") for entry in table.body]
     bodies = [body for body, _ in read]
     boxes = [box for _, box in read if box is not None]
-    for entry, here in entries(table, "person", where):
-        bodies += person_bodies(read_person(entry, seed, here))
-    boxes += [read_crop(entry, here) for entry, here in entries(table, "crop", where)]
-    planes = [read_plane(entry, here) for entry, here in entries(table, "plane", where)]
-    named = entries(table, "preset", where)
-    presets = {entry["name"]: read_preset(entry, folder, here) for entry, here in named}
-
-    goal = None
-    if "goal" in table:
-        entry = typed(table, "goal", where, dict, {})
-        expect_keys(entry, f"{where}: goal", ["position_m"], ["rpy_deg"])
-        goal = Goal(freeze(pose(entry, f"{where}: goal")))
-    title = typed(table, "title", where, str, "")
+    for person in table.person:
+        bodies += person_bodies(plan_of(person, seed, f"{where}: person {person.name!r}"))
+    boxes += map(crop_of, table.crop)
+    goal, home = table.goal, table.home_deg
     return Scene(
         name=path.stem,
-        title=title,
+        title=table.title,
         bodies=tuple(bodies),
-        cell=Cell(title, tuple(boxes), tuple(planes)),
-        goal=goal,
-        home=read_angles(table, "home_deg", where),
-        presets=presets or PRESETS,
-        robot=typed(table, "robot", where, str, ""),
+        cell=Cell(table.title, tuple(boxes), tuple(map(plane_of, table.plane))),
+        goal=None if goal is None else Goal(pose(goal.position_m, goal.rpy_deg)),
+        home=None if home is None else freeze(np.radians(home)),
+        robot=table.robot,
     )
+
+
+def _check_names(
+    entries: Iterable[BodyTable | PersonTable | CropTable | PlaneTable], where: str
+) -> None:
+    seen = set()
+    for entry in entries:
+        if entry.name in seen:
+            raise WorldError(f"{where} {entry.name!r} comes twice; rename one")
+        seen.add(entry.name)

@@ -4,18 +4,28 @@ A round shape is a profile turned about z. Its mesh is inscribed: 48 steps a tur
 within 1 mm of the true surface at a radius of 0.2 m.
 """
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 
-from app.errors import WorldError, options
+from app.errors import WorldError
 from app.messages import Array, freeze
 from app.raycast import RigidMesh
-from app.world.tables import Table, expect_keys, number, typed, vector
+from app.toml import checked
+from app.world.tables import (
+    BoxShape,
+    CapsuleShape,
+    CylinderShape,
+    MeshShape,
+    PanelShape,
+    ShapeTable,
+    SphereShape,
+)
 
 TURN = 48  # steps of one turn
 Mesh = tuple[Array, NDArray[np.int64]]
@@ -44,17 +54,33 @@ class Shape:
         object.__setattr__(self, "hit", RigidMesh(self.vertices, self.faces))
 
 
-def make_shape(table: Table, folder: Path, where: str) -> Shape:
-    """The shape that `table` describes; a mesh file is looked for in `folder`.
+def make_shape(table: Mapping[str, Any], folder: Path, where: str) -> Shape:
+    """The shape that a table describes as in a scene file; see `shape_of`."""
+    return shape_of(checked(table, ShapeTable, where, WorldError, "shape"), folder, where)
+
+
+def shape_of(table: ShapeTable, folder: Path, where: str) -> Shape:
+    """The shape of a scene's table; a mesh file is looked for in `folder`.
 
     Raises WorldError, beginning with `where`, for anything that cannot be used.
     """
-    kind = table.get("kind")
-    if kind is None:
-        raise WorldError(f"{where}: shape has no kind; {options('', _MAKERS)}")
-    if not isinstance(kind, str) or kind not in _MAKERS:
-        raise WorldError(f"{where}: unknown shape kind {kind!r}; {options(str(kind), _MAKERS)}")
-    return _MAKERS[kind](table, folder, f"{where}: {kind}")
+    match table:
+        case BoxShape(size_m=size):
+            return Shape("box", size, *_box(np.array(size)))
+        case PanelShape(size_m=(width, height), thickness_m=thickness):
+            size = (width, height, thickness)
+            return Shape("panel", size, *_box(np.array(size)))
+        case SphereShape(radius_m=radius):
+            arc = np.linspace(0.0, np.pi, TURN // 2 + 1)
+            profile = radius * np.column_stack([np.sin(arc), np.cos(arc)])
+            return Shape("sphere", (radius,), *_turned(profile))
+        case CylinderShape(radius_m=radius, length_m=length):
+            profile = np.array([[0, 0.5], [1, 0.5], [1, -0.5], [0, -0.5]]) * [radius, length]
+            return Shape("cylinder", (radius, length), *_turned(profile))
+        case CapsuleShape(radius_m=radius, length_m=length):
+            return capsule(radius, length)
+        case MeshShape():
+            return _mesh(table, folder, f"{where}: mesh")
 
 
 def capsule(radius: float, length: float) -> Shape:
@@ -94,49 +120,8 @@ def _turned(profile: Array) -> Mesh:
     return np.vstack([*rows, poles]), np.vstack(faces).astype(np.int64)
 
 
-def _make_box(table: Table, folder: Path, where: str) -> Shape:
-    expect_keys(table, where, ["kind", "size_m"])
-    size = vector(table, "size_m", where, positive=True)
-    return Shape("box", tuple(map(float, size)), *_box(size))
-
-
-def _make_panel(table: Table, folder: Path, where: str) -> Shape:
-    expect_keys(table, where, ["kind", "size_m"], ["thickness_m"])
-    size = vector(table, "size_m", where, length=2, positive=True)
-    size = np.append(size, number(table, "thickness_m", where, 0.01, positive=True))
-    return Shape("panel", tuple(map(float, size)), *_box(size))
-
-
-def _make_sphere(table: Table, folder: Path, where: str) -> Shape:
-    expect_keys(table, where, ["kind", "radius_m"])
-    radius = number(table, "radius_m", where, positive=True)
-    arc = np.linspace(0.0, np.pi, TURN // 2 + 1)
-    profile = radius * np.column_stack([np.sin(arc), np.cos(arc)])
-    return Shape("sphere", (radius,), *_turned(profile))
-
-
-def _make_cylinder(table: Table, folder: Path, where: str) -> Shape:
-    radius, length = _round(table, where)
-    profile = np.array([[0, 0.5], [1, 0.5], [1, -0.5], [0, -0.5]]) * [radius, length]
-    return Shape("cylinder", (radius, length), *_turned(profile))
-
-
-def _make_capsule(table: Table, folder: Path, where: str) -> Shape:
-    return capsule(*_round(table, where))
-
-
-def _round(table: Table, where: str) -> tuple[float, float]:
-    expect_keys(table, where, ["kind", "radius_m", "length_m"])
-    return (
-        number(table, "radius_m", where, positive=True),
-        number(table, "length_m", where, positive=True),
-    )
-
-
-def _make_mesh(table: Table, folder: Path, where: str) -> Shape:
-    expect_keys(table, where, ["kind", "file"], ["scale"])
-    scale = number(table, "scale", where, 1.0, positive=True)
-    path = folder / typed(table, "file", where, str, "")
+def _mesh(table: MeshShape, folder: Path, where: str) -> Shape:
+    path = folder / table.file
     if not path.is_file():
         raise WorldError(f"{where}: file {path} is missing; put it there or mend 'file'")
     try:
@@ -148,17 +133,7 @@ def _make_mesh(table: Table, folder: Path, where: str) -> Shape:
     faces = np.array(getattr(mesh, "faces", ()), dtype=np.int64)
     if len(faces) == 0:
         raise WorldError(f"{where}: file {path} has no faces; export it as a surface mesh")
-    vertices = np.array(mesh.vertices, dtype=np.float64) * scale
+    vertices = np.array(mesh.vertices, dtype=np.float64) * table.scale
     if not np.isfinite(vertices).all():
         raise WorldError(f"{where}: file {path} has points at infinity; export it again")
     return Shape("mesh", (), vertices, faces)
-
-
-_MAKERS: dict[str, Callable[[Table, Path, str], Shape]] = {
-    "box": _make_box,
-    "panel": _make_panel,
-    "sphere": _make_sphere,
-    "cylinder": _make_cylinder,
-    "capsule": _make_capsule,
-    "mesh": _make_mesh,
-}

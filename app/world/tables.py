@@ -1,87 +1,166 @@
-"""Values out of tables that a person wrote: every complaint names the place, key and remedy.
+"""What may stand in a scene's file, and in the shape of a new obstacle.
 
-`where` is the beginning of the message: a file and an entry, such as
-`cell.toml: body 'table'`.
+Metres, degrees and seconds. A pose is a place and its turns about the base's fixed x, y, z axes.
 """
 
-import math
-from collections.abc import Collection, Mapping
-from typing import Any, TypeVar
+from typing import Annotated, Literal
 
-import numpy as np
+from msgspec import Meta
 
-from app.errors import WorldError, options
-from app.messages import Array, freeze
-from app.poses import transform
+from app.toml import Name, NotNegative, Positive, Table, Vector
 
-Table = Mapping[str, Any]
-T = TypeVar("T")
-
-
-def expect_keys(
-    table: Table, where: str, required: Collection[str], optional: Collection[str] = ()
-) -> None:
-    """Complain of the first unknown key, else of the first missing one."""
-    for key in table:
-        if key not in required and key not in optional:
-            raise WorldError(
-                f"{where}: unknown key {key!r}; {options(key, [*required, *optional])}"
-            )
-    for key in required:
-        if key not in table:
-            raise WorldError(f"{where}: key {key!r} is missing; add it")
+NOT_TURNED: Vector = (0.0, 0.0, 0.0)
+GREY = "#9aa0a6"
+Size = tuple[Positive, Positive, Positive]
+Colour = Annotated[
+    str, Meta(pattern="^#[0-9a-fA-F]{6}$", extra_json_schema={"description": "'#rrggbb'"})
+]
 
 
-def number(
-    table: Table, key: str, where: str, default: float | None = None, positive: bool = False
-) -> float:
-    """A finite number, or `default` where the key is absent."""
-    value = table.get(key, default)
-    if not _is_number(value):
-        raise WorldError(f"{where}: {key} = {value!r}; give a finite number")
-    if positive and value <= 0:
-        raise WorldError(f"{where}: {key} = {value!r}; give a number above zero")
-    return float(value)
+class BoxShape(Table, frozen=True, tag_field="kind", tag="box"):
+    """Edge lengths along x, y, z."""
+
+    size_m: Size
 
 
-def vector(
-    table: Table,
-    key: str,
-    where: str,
-    length: int = 3,
-    default: tuple[float, ...] | None = None,
-    positive: bool = False,
-) -> Array:
-    """`length` finite numbers, (length,), or `default` where the key is absent."""
-    value = table.get(key, default)
-    sequence = isinstance(value, list | tuple | np.ndarray)
-    if not sequence or len(value) != length or not all(map(_is_number, value)):
-        raise WorldError(f"{where}: {key} = {value!r}; give {length} finite numbers")
-    if positive and min(value) <= 0:
-        raise WorldError(f"{where}: {key} = {value!r}; give numbers above zero")
-    return freeze(np.array(value, dtype=np.float64))
+class PanelShape(Table, frozen=True, tag_field="kind", tag="panel"):
+    """Width along x, height along y; its thickness lies along z."""
+
+    size_m: tuple[Positive, Positive]
+    thickness_m: Positive = 0.01
 
 
-def typed(table: Table, key: str, where: str, kind: type[T], default: T) -> T:
-    """A value of exactly this kind (bool, int, str, list, dict), or `default` if absent."""
-    value = table.get(key, default)
-    if type(value) is not kind:
-        names = {bool: "true or false", int: "a whole number", str: "a text in quotes"}
-        wanted = names.get(kind, "a list in [ ]" if kind is list else "a table in { }")
-        raise WorldError(f"{where}: {key} = {value!r}; give {wanted}")
-    return value
+class SphereShape(Table, frozen=True, tag_field="kind", tag="sphere"):
+    """A ball."""
+
+    radius_m: Positive
 
 
-def pose(table: Table, where: str) -> Array:
-    """Pose (4, 4) of the keys `position_m` and `rpy_deg`, both zero where absent."""
-    origin = (0.0, 0.0, 0.0)
-    rpy = np.radians(vector(table, "rpy_deg", where, default=origin))
-    return transform(vector(table, "position_m", where, default=origin), rpy)
+class CylinderShape(Table, frozen=True, tag_field="kind", tag="cylinder"):
+    """Along z."""
+
+    radius_m: Positive
+    length_m: Positive
 
 
-def _is_number(value: Any) -> bool:
-    return (
-        isinstance(value, int | float | np.number)
-        and not isinstance(value, bool)
-        and math.isfinite(value)
-    )
+class CapsuleShape(Table, frozen=True, tag_field="kind", tag="capsule"):
+    """Along z; the length is that of its straight part."""
+
+    radius_m: Positive
+    length_m: Positive
+
+
+class MeshShape(Table, frozen=True, tag_field="kind", tag="mesh"):
+    """A surface from a file (STL, OBJ, GLB) beside the scene, times `scale`."""
+
+    file: str
+    scale: Positive = 1.0
+
+
+ShapeTable = BoxShape | PanelShape | SphereShape | CylinderShape | CapsuleShape | MeshShape
+
+
+class StillMotion(Table, frozen=True, tag_field="kind", tag="still"):
+    """Stays where it is."""
+
+
+class LineMotion(Table, frozen=True, tag_field="kind", tag="line"):
+    """From the body's own place to another, and back unless `once`."""
+
+    to_m: Vector
+    speed_mps: Positive
+    once: bool = False
+    dwell_s: NotNegative = 0.0
+
+
+class WaypointsMotion(Table, frozen=True, tag_field="kind", tag="waypoints"):
+    """From the body's own place over several points, and to the first again with `loop`."""
+
+    points_m: tuple[Vector, ...]
+    speed_mps: Positive
+    loop: bool = True
+    dwell_s: NotNegative = 0.0
+
+
+class CircleMotion(Table, frozen=True, tag_field="kind", tag="circle"):
+    """Round a centre about an axis; a round takes `period_s`."""
+
+    centre_m: Vector
+    axis: Vector
+    radius_m: Positive
+    period_s: Positive
+    phase_deg: float = 0.0
+
+
+MotionTable = StillMotion | LineMotion | WaypointsMotion | CircleMotion
+
+
+class BodyTable(Table, frozen=True):
+    """One `[[body]]`. A static one is part of the known cell, with a margin around it."""
+
+    name: Name
+    shape: ShapeTable
+    position_m: Vector = NOT_TURNED
+    rpy_deg: Vector = NOT_TURNED
+    colour: Colour = GREY
+    movable: bool | None = None  # None: unless it is static
+    static: bool = False
+    margin_m: NotNegative = 0.03
+    motion: MotionTable | None = None
+
+
+class StopTable(Table, frozen=True):
+    """Where a person stops on the ground, how long, and what a hand reaches for."""
+
+    at_m: tuple[float, float]
+    dwell_s: NotNegative = 0.0
+    reach_m: Vector | None = None
+
+
+class PersonTable(Table, frozen=True):
+    """One `[[person]]`; with a seed the person's habits vary."""
+
+    name: Name
+    speed_mps: Positive
+    stops: tuple[StopTable, ...]
+    loop: bool = True
+    hand: Literal["left", "right"] = "right"
+    seed: Annotated[int, Meta(ge=0)] | None = None
+
+
+class CropTable(Table, frozen=True):
+    """One `[[crop]]`: a box of the known cell that the scene does not show as a body."""
+
+    name: Name
+    size_m: Size
+    position_m: Vector = NOT_TURNED
+    rpy_deg: Vector = NOT_TURNED
+
+
+class PlaneTable(Table, frozen=True):
+    """One `[[plane]]`: all below it, against its own z axis, is known; `size_m` is only drawn."""
+
+    name: Name
+    position_m: Vector = NOT_TURNED
+    rpy_deg: Vector = NOT_TURNED
+    size_m: tuple[Positive, Positive] = (2.0, 2.0)
+
+
+class GoalTable(Table, frozen=True):
+    """`goal`: where the tool should go at first."""
+
+    position_m: Vector
+    rpy_deg: Vector = NOT_TURNED
+
+
+class SceneTable(Table, frozen=True):
+    """A scene's file; see `app.world.scene.Scene`."""
+
+    title: str
+    body: tuple[BodyTable, ...] = ()
+    person: tuple[PersonTable, ...] = ()
+    crop: tuple[CropTable, ...] = ()
+    plane: tuple[PlaneTable, ...] = ()
+    goal: GoalTable | None = None
+    home_deg: Annotated[tuple[float, ...], Meta(min_length=1)] | None = None
+    robot: str = ""

@@ -15,11 +15,9 @@ from app.actions import AddObstacle, MoveObstacle, RemoveObstacle
 from app.assets import asset_folder
 from app.errors import WorldError, options
 from app.messages import Array, BodyPose, BodyView, freeze
-from app.poses import transform
 from app.raycast import Beams, Hits, RigidMesh, Solids
 from app.world.motion import Motion, Still
 from app.world.shapes import Shape, make_shape
-from app.world.tables import vector
 
 Colour = tuple[int, int, int]
 Edit = AddObstacle | MoveObstacle | RemoveObstacle
@@ -83,8 +81,10 @@ class World:
         """
         where = f"new body {name!r}" if name else "new body"
         made = make_shape(shape, asset_folder("static_assets"), where)
-        place = vector({"position": list(position)}, "position", where)
-        T = transform(place, np.zeros(3))
+        T = np.eye(4)
+        T[:3, 3] = place = np.array(position, dtype=np.float64)
+        if not np.isfinite(place).all():
+            raise WorldError(f"{where} cannot go to {list(position)}; give 3 finite numbers")
         unique = name if name and name not in self._bodies else self._numbered(name or made.kind)
         self._put(Body(unique, made, PALETTE[self._added % len(PALETTE)], Still(freeze(T))))
         self._added += 1

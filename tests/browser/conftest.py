@@ -20,7 +20,7 @@ from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
 from app.ui.page import Page
-from app.wiring import assemble
+from app.wiring import Start, assemble
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -54,7 +54,7 @@ def live() -> Iterator[Live]:
     patient = Params(silence=2.0)  # a browser that starts may hold the processor for a second
     arm = SimulatedArm(robot)
     engine = assemble(
-        robot, skin, arm, source, world, WallClock(), cell=scene.cell, params=patient, rate=RATE
+        robot, skin, arm, source, world, WallClock(), Start(scene.cell, patient), RATE
     )
     engine.start()
     try:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from app.bench.peers.mink import mink_step
-from app.bench.peers.neo import neo
+from app.bench.peers.neo import neo_step
 from app.bench.peers.roboplan import roboplan_step
 from app.config import Params
 from app.robot.model import Robot
@@ -22,12 +22,12 @@ Step = Callable[[Any], bool]  # was there an answer?
 DT = 0.004
 
 
-def peers() -> dict[str, Callable[[Robot, int], Step] | str]:
+def available_peers() -> dict[str, Callable[[Robot, int], Step] | str]:
     """By name: what makes a step of the peer, or why there is none."""
     known: dict[str, tuple[str, Callable[[Robot, int], Step] | str]] = {
         "pink": ("pink", _pink),
         "mink": ("mink", mink_step),
-        "NEO with quadprog": ("quadprog", neo),
+        "NEO with quadprog": ("quadprog", neo_step),
         "roboplan": ("roboplan", roboplan_step),
     }
     return {

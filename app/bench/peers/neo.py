@@ -22,7 +22,7 @@ LAMBDA_Q, LONGEST = 0.01, 10.0  # of the publication: cost of speed, bound of th
 XI_JOINT, NEAR_JOINT, LEAST_JOINT = 1.0, 0.9, 0.05  # [1/s], [rad], [rad] of the joints' dampers
 
 
-def neo(robot: Robot, k: int) -> Callable[[Any], bool]:
+def neo_step(robot: Robot, k: int) -> Callable[[Any], bool]:
     """One step: a posture, a goal and the pairs of a case to a joint velocity."""
     solve_qp = import_module("qpsolvers").solve_qp
     params, n = Params(), robot.n

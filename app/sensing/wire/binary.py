@@ -35,7 +35,6 @@ CRC = struct.Struct("<I")
 STATUS_AT = HEADER.size + 2 * SLOTS
 PAYLOAD = STATUS_AT + SLOTS
 PACKET = PAYLOAD + CRC.size + 1  # COBS adds one byte below 254
-WIRE = PACKET + 1  # with the delimiter
 
 
 class Binary:

@@ -74,10 +74,3 @@ def encode(frame: RawFrame, mirrored: bool = True) -> bytes:
     shown = np.where(status == NO_TARGET, 0, distance)
     text = "".join("".join(f"\t{d}" for d in row) + "\r\n" for row in shown.tolist())
     return text.encode() + b"\r\n"
-
-
-def encode_one_line(frame: RawFrame, mirrored: bool = True) -> bytes:
-    """All zones on one line, after `DATA:`."""
-    distance, status = rows(frame, mirrored)
-    shown = np.where(status == NO_TARGET, 0, distance).ravel().tolist()
-    return b"DATA:" + ",".join(map(str, shown)).encode() + b"\r\n"

@@ -24,7 +24,6 @@ ESCAPES = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
 DASHES = re.compile(r"\s*(?:-{17} ?){4}(?:(?:-{17} ?){4})?\s*")
 EMPTY = re.compile(r"[|\s]+")
 CELL = re.compile(r"\s*(-?\d{1,5}|X)\s*:\s*(\d{1,3}|X)\s*")
-COLUMNS = (4, 8)
 
 
 class RangingTable:

@@ -21,7 +21,7 @@ FIRST = ("d_s", "v_max", "d_min", "delta", "eps_min", "memory")
 ELSEWHERE = ("mode",)  # the control panel has it
 MM = 1000.0
 PERIOD = 0.2  # [s]
-Control = viser.GuiSliderHandle[float] | viser.GuiCheckboxHandle
+Control = viser.GuiSliderHandle[float] | viser.GuiCheckboxHandle | viser.GuiDropdownHandle[str]
 
 
 class ParamsPanel:
@@ -48,13 +48,18 @@ class ParamsPanel:
         for name, control in self.controls.items():
             if self._hands[name].free:
                 value = getattr(snapshot.params, name)
-                assign(control, value if isinstance(value, bool) else shown(value, _UNITS[name]))
+                number = isinstance(value, float)
+                assign(control, shown(value, _UNITS[name]) if number else value)
 
     def _add(self, t: Tunable) -> None:
         self._hands[t.name] = HandsOff(self._clock)
         handle: Control
         if t.kind is bool:
             handle = self._gui.add_checkbox(t.name, t.default, hint=t.help)
+        elif t.choices:
+            handle = self._gui.add_dropdown(
+                t.name, t.choices, initial_value=t.default, hint=t.help
+            )  # fmt: skip
         else:
             assert t.low is not None and t.high is not None  # numbers always have a range
             low, high = shown(t.low, t.unit), shown(t.high, t.unit)
@@ -69,16 +74,17 @@ class ParamsPanel:
             )
         self.controls[t.name] = handle
 
-        @handle.on_update
-        async def _(event: viser.GuiEvent[Any]) -> None:
+        async def changed(event: viser.GuiEvent[Any]) -> None:
             self._change(t, event)
+
+        handle.on_update(changed)
 
     def _change(self, t: Tunable, event: viser.GuiEvent[Any]) -> None:
         if event.client_id is None:  # the page itself showed what another window has set
             return
         self._hands[t.name].touch()
         value = event.target.value
-        if t.kind is not bool:
+        if t.kind is float:
             value = clamped(value / MM if t.unit == "m" else value, t)
         self._engine.post(SetParams({t.name: value}))
 

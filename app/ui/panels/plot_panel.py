@@ -4,8 +4,9 @@ import numpy as np
 import viser
 from viser import uplot
 
-from app.messages import Snapshot
-from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, Verdict, css
+from app.control.registry import kind_of
+from app.messages import Snapshot, Verdict
+from app.ui.colours import ALARM, GHOST, GREY, POINT, WARN, css
 from app.ui.pacing import Every
 
 PERIOD = 0.1  # [s] between two samples
@@ -97,14 +98,14 @@ class PlotPanel:
 def sample(snapshot: Snapshot) -> tuple[float, ...]:
     """All columns but the last."""
     params, needed = snapshot.params, 100.0 * snapshot.command.protective
-    kept = params.d_s if params.mode == "qp" else params.d_min
-    begins = params.d_inf if params.mode == "qp" else params.d_min + params.delta
+    distances = kind_of(params.mode).distances(params)
+    kept, begins = (NOWHERE, NOWHERE) if distances is None else np.multiply(100.0, distances)
     ghost = snapshot.ghost.distance if snapshot.ghost is not None else None
     return (
         snapshot.stamp,
         min(100.0 * snapshot.pairs.minimum, CEILING),
-        100.0 * kept,
-        100.0 * begins,
+        float(kept),
+        float(begins),
         min(100.0 * ghost, CEILING) if ghost is not None else NOWHERE,
         min(needed, CEILING) if needed > 0.0 else NOWHERE,
         snapshot.command.activation,

@@ -13,15 +13,15 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from app.errors import SensorError
-from app.robot.model import find_robot, load_robot
-from app.robot.skin import load_skin
 from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import binary
 from app.sensing.wire.raw import RawFrame
 from app.timing import WallClock
-from app.virtual.skin.emulate import raw_of
+from app.virtual.skin.emulate import SceneFrames, raw_frame
 from app.virtual.skin.pty_port import PtyPort
+from app.virtual.skin.wearer import AtRest
+from app.wiring import Setup, build_robot_and_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -36,7 +36,7 @@ def speaking_board(robot: str, scene: str, seed: int) -> Iterator[Path]:
     with TemporaryDirectory() as folder:
         link = Path(folder) / "skin"
         process = multiprocessing.get_context("spawn").Process(
-            target=_speak, args=(link, robot, scene, seed, theirs), daemon=True
+            target=_send_frames, args=(link, robot, scene, seed, theirs), daemon=True
         )
         process.start()
         theirs.close()  # or its end would not be noticed here
@@ -56,7 +56,7 @@ def _here(pipe: Connection) -> bool:
         return False
 
 
-def _speak(link: Path, robot_name: str, scene: str, seed: int, pipe: Connection) -> None:
+def _send_frames(link: Path, robot_name: str, scene: str, seed: int, pipe: Connection) -> None:
     frames = _frames(robot_name, scene, seed)
     clock = WallClock()
     with PtyPort(link) as port:
@@ -72,17 +72,14 @@ def _speak(link: Path, robot_name: str, scene: str, seed: int, pipe: Connection)
 
 
 def _frames(robot_name: str, scene_name: str, seed: int) -> list[RawFrame]:
-    robot = load_robot(find_robot(robot_name))
-    if robot.skin is None:
-        raise SensorError(f"{robot.name} names no skin of its own; choose another robot")
-    skin = load_skin(robot.folder / robot.skin, robot)
+    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
     scene = load_scene(find_scene(scene_name), seed)
     home = robot.home if scene.home is None else scene.home
-    world, posture = World(scene.bodies), robot.posture(home)
+    world = World(scene.bodies)
     eye = SimulatedSkin(robot, skin, world, seed, latency=0.0)
-    frames = []
-    for i in range(round(RATE * skin.count * LOOP)):
-        now = i / (RATE * skin.count)
-        world.step(now)
-        frames += [raw_of(f, skin.sensors[f.sensor].resolution, 0) for f in eye.poll(now, posture)]
-    return frames
+    seen, period = SceneFrames(eye, world, AtRest(robot, home)), 1.0 / (RATE * skin.count)
+    return [
+        raw_frame(f, skin.sensors[f.sensor].resolution, 0)
+        for i in range(round(LOOP / period))
+        for f in seen.poll(i * period)
+    ]

@@ -8,7 +8,7 @@ from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -23,7 +23,7 @@ from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire.detect import format_of
 from app.sensing.wire.raw import NO_TARGET, RawFrame
 from app.timing import Clock
-from app.virtual.skin.faults import Disturbed, parse_faults
+from app.virtual.skin.faults import FaultyWire, parse_faults
 from app.virtual.skin.pty_port import PtyPort
 from app.virtual.skin.wearer import Wearer, wearer
 from app.wiring import Setup, build_robot, choose_skin
@@ -33,7 +33,7 @@ from app.world.world import World
 TEMPERATURE = 30  # [degrees C] of a sensor that is nowhere
 
 
-class Frames(Protocol):
+class FrameSource(Protocol):
     """Where a virtual board has its frames from."""
 
     def poll(self, now: float) -> Sequence[SensorFrame]: ...
@@ -80,50 +80,59 @@ def emulate(
     scene = load_scene(find_scene(setup.scene), setup.seed)
     home = robot.home if scene.home is None or scene.robot != robot.name else scene.home
     arm = wearer(what.follow, robot, home)
-    frames: Frames
+    frames: FrameSource
     if what.replay:
         at_home = robot.posture(robot.home)
-        frames = Recorded(read_recording(Path(what.replay)), skin, sensors, at_home)
+        frames = RecordedFrames(read_recording(Path(what.replay)), skin, sensors, at_home)
     else:
         world = World(scene.bodies)
         eye = SimulatedSkin(robot, skin, world, setup.seed, latency=0.0)
         eye.muted = set(range(skin.count)) - set(sensors)
-        frames = Simulated(eye, world, arm)
+        frames = SceneFrames(eye, world, arm)
     with closing(arm), PtyPort(what.link) as port:
         names = skin.sensors[sensors[0]].name
         if len(sensors) > 1:
             names += f" to {skin.sensors[sensors[-1]].name}"
         ready(f"{names} at {RATE:g} Hz, format {what.format}, on {what.link}")
-        return speak(frames, skin, style.encode, Disturbed(faults, clock.now(), setup.seed), port,
-                     clock, what.seconds, over, 1.0 / (RATE * len(sensors)))  # fmt: skip
+        line = Line(style.encode, FaultyWire(faults, clock.now(), setup.seed), port)
+        period = 1.0 / (RATE * len(sensors))
+        return send_frames(frames, skin, line, clock, period, what.seconds, over)
 
 
-def speak(
-    frames: Frames,
+class Line(NamedTuple):
+    """What a frame goes through on its way out: its format, what goes wrong, and the port."""
+
+    encode: Callable[[RawFrame], bytes]
+    faulty: FaultyWire
+    port: PtyPort
+
+
+def send_frames(
+    frames: FrameSource,
     skin: Skin,
-    encode: Callable[[RawFrame], bytes],
-    wire: Disturbed,
-    port: PtyPort,
+    line: Line,
     clock: Clock,
-    seconds: float,
-    over: Callable[[], bool],
     period: float,
+    seconds: float = 0.0,
+    over: Callable[[], bool] = lambda: False,
 ) -> tuple[int, int]:
-    """Say every frame when it is due, looking for them every `period` [s]."""
+    """Send every frame when it is due, looking for them every `period` [s], until the time is up
+    (0: never) or `over`; returns packets sent and packets lost."""
     begin = due = clock.now()
     said = 0
     while not over() and (not seconds or clock.now() - begin < seconds):
         now = clock.now()
         for f in frames.poll(now):
             said += 1
-            raw = wire.frame(raw_of(f, skin.sensors[f.sensor].resolution, wire.clock(now)))
-            port.write(wire.wire(encode(raw), now))
+            raw = raw_frame(f, skin.sensors[f.sensor].resolution, line.faulty.clock(now))
+            packet = line.encode(line.faulty.frame(raw))
+            line.port.write(line.faulty.wire(packet, now))
         due = max(due + period, now)  # after a stall no burst of old frames
         clock.sleep_until(due)
-    return said, port.lost
+    return said, line.port.lost
 
 
-def raw_of(frame: SensorFrame, resolution: int, t_us: int) -> RawFrame:
+def raw_frame(frame: SensorFrame, resolution: int, t_us: int) -> RawFrame:
     """A frame as its board would send it; distances in whole millimetres."""
     distance = np.clip(np.round(frame.distance * 1e3), -32768, 32767).astype(np.int16)
     status = np.where(frame.targets > 0, frame.status, NO_TARGET).astype(np.uint8)
@@ -135,22 +144,22 @@ def raw_of(frame: SensorFrame, resolution: int, t_us: int) -> RawFrame:
     )  # fmt: skip
 
 
-class Simulated:
-    """Frames of a scene, seen by a skin on an arm."""
+class SceneFrames:
+    """FrameSource of a scene, seen by a skin on an arm."""
 
     def __init__(self, eye: SimulatedSkin, world: World, arm: Wearer) -> None:
         self._eye, self._world, self._arm = eye, world, arm
         self._begin: float | None = None
 
     def poll(self, now: float) -> Sequence[SensorFrame]:
-        """Frames of the sensors that are due."""
+        """FrameSource of the sensors that are due."""
         if self._begin is None:
             self._begin = now
         self._world.step(now - self._begin)
         return self._eye.poll(now, self._arm.posture(now))
 
 
-class Recorded:
+class RecordedFrames:
     """A recording on every one of `sensors`, staggered over a period, again and again."""
 
     def __init__(
@@ -162,7 +171,7 @@ class Recorded:
         self._begin: float | None = None
 
     def poll(self, now: float) -> Sequence[SensorFrame]:
-        """Frames whose recorded time has come."""
+        """FrameSource whose recorded time has come."""
         if self._begin is None:
             self._begin = now
         out = []

@@ -63,7 +63,7 @@ def parse_faults(text: str, sensors: Callable[[str], tuple[int, ...]]) -> Faults
     return faults
 
 
-class Disturbed:
+class FaultyWire:
     """Applies faults, seeded; `start` is when the board was switched on [s]."""
 
     def __init__(self, faults: Faults, start: float, seed: int = 0) -> None:

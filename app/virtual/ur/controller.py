@@ -5,7 +5,7 @@ over a program, ask the dashboard and read outputs.
 """
 
 from collections import deque
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 
 import numpy as np
 
@@ -30,7 +30,7 @@ _NORMAL, _REDUCED = 1, 2  # safety modes in which the arm moves
 _BITS = {1: 1 << 0, 2: 1 << 1, 3: 1 << 2 | 1 << 10, 7: 1 << 6 | 1 << 7 | 1 << 10}
 
 
-class Controller:
+class UrController:
     """One robot: `q` (6,) [rad] is its posture at the start; `say` hears what happens to it."""
 
     def __init__(
@@ -268,12 +268,3 @@ _ZERO: dict[str, Value] = {
     "INT32": 0, "UINT32": 0, "UINT64": 0, "DOUBLE": 0.0, "VECTOR3D": (0.0,) * 3,
     "VECTOR6D": (0.0,) * 6, "VECTOR6INT32": (0,) * 6,
 }  # fmt: skip
-
-
-def standing_after(trace: Sequence[tuple[float, float]], since: float) -> float:
-    """Seconds from `since` until the arm stood for the rest of the trace; inf if it never did."""
-    moving = [t for t, speed in trace if speed > 0.0]
-    last = moving[-1] if moving else -np.inf
-    if not trace or last >= trace[-1][0]:
-        return np.inf
-    return float(max(0.0, last - since))

@@ -1,13 +1,13 @@
 """The dashboard's answers: a pure function of the controller and a line."""
 
-from app.virtual.ur.controller import MODEL, VERSION, Controller
+from app.virtual.ur.controller import MODEL, VERSION, UrController
 
 GREETING = "Connected: Universal Robots Dashboard Server"
 _MODES = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
 _SAFETY = {1: "NORMAL", 2: "REDUCED", 3: "PROTECTIVE_STOP", 7: "ROBOT_EMERGENCY_STOP"}
 
 
-def answer(controller: Controller, line: str) -> str:
+def answer(controller: UrController, line: str) -> str:
     """What the dashboard says to a line; some lines act on the controller."""
     playing = controller.playing
     match line.strip().lower():

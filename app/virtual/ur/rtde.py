@@ -12,7 +12,7 @@ from app.robot.ur.wire import (
     pack_values,
     unpack_values,
 )
-from app.virtual.ur.controller import VERSION, Controller
+from app.virtual.ur.controller import VERSION, UrController
 from app.virtual.ur.variables import IN_USE, INPUTS, NOT_FOUND, OUTPUTS
 
 PROTOCOL = 2
@@ -22,7 +22,7 @@ RECIPES = 255
 class RtdeClient:
     """What the controller knows of one connection; `owners` is shared by all of them."""
 
-    def __init__(self, controller: Controller, owners: dict[str, "RtdeClient"]) -> None:
+    def __init__(self, controller: UrController, owners: dict[str, "RtdeClient"]) -> None:
         self._controller, self._owners = controller, owners
         self._outputs: list[str] = []
         self._types: list[str] = []

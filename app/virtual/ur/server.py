@@ -14,7 +14,7 @@ from typing import Any, TypeVar
 from app.errors import ServerError
 from app.robot.ur.wire import Kind, WireError, split
 from app.timing import WallClock
-from app.virtual.ur.controller import PERIOD, Controller
+from app.virtual.ur.controller import PERIOD, UrController
 from app.virtual.ur.dashboard import GREETING, answer
 from app.virtual.ur.rtde import RtdeClient
 
@@ -30,10 +30,10 @@ _Talk = Callable[[asyncio.StreamReader, asyncio.StreamWriter], Coroutine[Any, An
 _Writers = dict[asyncio.StreamWriter, RtdeClient | None]
 
 
-class Emulator:
+class UrServer:
     """Serves a controller in a thread of its own, from `start` to `stop`."""
 
-    def __init__(self, controller: Controller, host: str = "127.0.0.1") -> None:
+    def __init__(self, controller: UrController, host: str = "127.0.0.1") -> None:
         self.controller, self.host = controller, host
         self._writers: _Writers = {}
         self._owners: dict[str, RtdeClient] = {}
@@ -60,7 +60,7 @@ class Emulator:
             self._loop.call_soon_threadsafe(self._quit.set)
             self._thread.join()
 
-    def ask(self, question: Callable[[Controller], T]) -> T:
+    def ask(self, question: Callable[[UrController], T]) -> T:
         """What `question` answers between two cycles; for another thread."""
 
         async def between() -> T:

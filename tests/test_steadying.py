@@ -1,4 +1,4 @@
-"""Bounds between frames: noise does not move the arm, danger is believed at once."""
+"""Pairs between frames: noise does not move the arm, danger is believed at once."""
 
 from dataclasses import replace
 
@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.control.rows import Bounds
-from app.control.steady_rows import KEEP, NEARER, ROOM, UNSURE, SteadyRows
-from app.control.whole_body import WholeBody
+from app.control.bounds.pairs import PairBounds
 from app.messages import Goal, JointState, Pairs
+from app.perception.steadying import GONE, KEEP, NEARER, ROOM, UNSURE, Steadying, aged
+from tests.alone import alone, bound_by
 
 DT, REACH = 0.008, 0.6
 
@@ -32,7 +32,7 @@ def run(steady, posture, distances, approach=None):
     out = []
     for d in distances:
         w = None if approach is None else np.array([approach])
-        rows, _ = steady.update(posture, pairs_at(posture, d), w, REACH, DT)
+        rows = steady.update(posture, replace(pairs_at(posture, d), approach=w), REACH, DT)
         out.append(float(rows.distance.min(initial=np.inf)) + UNSURE)
     return np.array(out)
 
@@ -41,53 +41,54 @@ def test_noise_is_averaged_and_its_mean_is_kept(posture):
     rng = np.random.default_rng(1)
     # a frame every eight ticks, as at 15 Hz
     measured = np.repeat(0.3 + rng.normal(scale=0.006, size=300), 8)
-    believed = run(SteadyRows(), posture, measured)[400:]
+    believed = run(Steadying(), posture, measured)[400:]
     assert believed.std() < 0.5 * 0.006 and abs(believed.mean() - 0.3) < 0.003
     assert np.abs(np.diff(believed)).max() < 0.3 * np.abs(np.diff(measured)).max()
 
 
 def test_what_is_really_nearer_is_believed_at_once(posture):
-    believed = run(SteadyRows(), posture, [0.40] * 5 + [0.25] * 5)
+    believed = run(Steadying(), posture, [0.40] * 5 + [0.25] * 5)
     assert believed[4] == pytest.approx(0.40) and believed[5] <= 0.25 + NEARER + 1e-12
 
 
 def test_what_comes_is_never_believed_farther_than_measured(posture):
     measured = 0.5 - 0.4 * DT * np.arange(60)
-    believed = run(SteadyRows(), posture, measured, approach=0.4)
+    believed = run(Steadying(), posture, measured, approach=0.4)
     assert (believed <= measured + 1e-12).all()
 
 
 def test_the_arms_own_motion_is_no_lag(robot):
     """The wall stands, the arm goes: the distance follows without a measurement's delay."""
-    steady, q = SteadyRows(), robot.home.copy()
+    steady, q = Steadying(), robot.home.copy()
     wall = robot.posture(q).T_base_link[6, 0, 3] + 0.45
     worst = 0.0
     for _ in range(200):
         q = q + DT * np.array([0.0, 0.3, -0.2, 0.0, 0.0, 0.0])
         posture = robot.posture(q)
         d = wall - posture.T_base_link[6, 0, 3]
-        rows, _ = steady.update(posture, pairs_at(posture, d), None, REACH, DT)
+        rows = steady.update(posture, pairs_at(posture, d), REACH, DT)
         worst = max(worst, abs(float(rows.distance[0]) + UNSURE - d))
     assert worst < 1e-3
 
 
 def test_a_pair_that_is_gone_stays_for_a_moment_and_then_recedes_at_a_walk(posture):
-    steady = SteadyRows()
+    steady = Steadying()
     run(steady, posture, [0.30] * 5)
     nothing = pairs_at(posture)
-    seen = [steady.update(posture, nothing, None, REACH, DT) for _ in range(250)]
-    distance = np.array([rows.distance.min(initial=np.inf) for rows, _ in seen]) + UNSURE
+    seen = [steady.update(posture, nothing, REACH, DT) for _ in range(250)]
+    distance = np.array([rows.distance.min(initial=np.inf) for rows in seen]) + UNSURE
     still = int(KEEP / DT) - 1
     assert np.allclose(distance[:still], 0.30) and distance[still + 20] > 0.32
     finite = distance[np.isfinite(distance)]
     assert np.diff(finite).max() < 0.003 and np.isinf(distance[-1])
-    assert all((source == -1).all() for _, source in seen)
+    assert all((rows.source == -1).all() for rows in seen)
 
 
 def test_pairs_keep_their_rows_and_two_of_one_link_stay_apart(posture):
-    steady = SteadyRows()
+    steady = Steadying()
     for _ in range(3):
-        rows, source = steady.update(posture, pairs_at(posture, 0.3, 0.4), None, REACH, DT)
+        rows = steady.update(posture, pairs_at(posture, 0.3, 0.4), REACH, DT)
+    source = rows.source
     assert sorted(source.tolist()) == [0, 1]
     assert rows.distance[source == 0] == pytest.approx(0.3 - UNSURE)
     other_way = pairs_at(posture, 0.2, 0.5)
@@ -98,20 +99,19 @@ def test_pairs_keep_their_rows_and_two_of_one_link_stay_apart(posture):
         on_robot=other_way.on_robot[::-1].copy(),
         on_world=other_way.on_world[::-1].copy(),
     )
-    _, swapped = steady.update(posture, other_way, None, REACH, DT)
+    swapped = steady.update(posture, other_way, REACH, DT).source
     assert swapped.tolist() == source[::-1].tolist()
 
 
 def test_a_gentle_retreat_is_eased_in_and_an_urgent_one_is_bounded_by_the_arm(robot):
     posture = robot.posture(robot.home)
-    params, wide = Params(mode="qp"), np.full(6, np.inf)
-    bounds, d = Bounds(robot), params.d_s
+    params = Params(mode="qp")
+    d = params.d_s
     for distance, least, most in ((d - 0.02, 0.01, 0.3), (d - 0.1, 1.0, 1.0), (d + 0.1, 0.0, 0.0)):
         pairs = pairs_at(posture, distance)
 
         def low(previous, pairs=pairs, dt=DT):
-            made = bounds.rows(posture, pairs, params, -wide, wide, previous, dt)
-            return float(made.low[made.source == 0][0])
+            return float(bound_by(robot, PairBounds(), posture, pairs, params, previous, dt).low[0])
 
         J = posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal)[0]
         step = 0.5 * np.abs(J) @ robot.qdd_max * DT
@@ -125,7 +125,7 @@ def test_a_gentle_retreat_is_eased_in_and_an_urgent_one_is_bounded_by_the_arm(ro
 
 
 def test_what_is_seen_takes_the_place_of_what_was_lost(robot):
-    posture, steady = robot.posture(robot.home), SteadyRows()
+    posture, steady = robot.posture(robot.home), Steadying()
     rng = np.random.default_rng(3)
     link = np.full(ROOM, 6)
     for _ in range(3):  # within a moment many more pairs than can be followed, each elsewhere
@@ -134,12 +134,12 @@ def test_what_is_seen_takes_the_place_of_what_was_lost(robot):
         n /= np.linalg.norm(n, axis=1)[:, None]
         d = np.full(ROOM, 0.3)
         many = Pairs(link, d, on, on - d[:, None] * n, n, np.arange(ROOM), 0)
-        _, source = steady.update(posture, many, None, REACH, DT)
+        source = steady.update(posture, many, REACH, DT).source
         assert sorted(source.tolist()) == list(range(ROOM))
 
 
 def test_a_new_goal_is_no_jump_of_the_speed_and_is_reached_all_the_same(robot):
-    control, params = WholeBody(robot), Params(mode="qp")
+    control, params = alone(robot), Params(mode="qp")
     nothing = pairs_at(robot.posture(robot.home))
     goal = Goal(robot.posture(robot.home + 0.2).T_base_tool)
     qd = [np.zeros(6), np.zeros(6)]
@@ -149,3 +149,21 @@ def test_a_new_goal_is_no_jump_of_the_speed_and_is_reached_all_the_same(robot):
     jerk = np.abs(np.diff(qd, n=2, axis=0)).max() / DT**2
     assert jerk < 150.0  # a step of the acceleration within its limit alone would be 750
     assert np.abs(qd[-1]).max() > 0.1
+
+
+def test_a_lost_pair_far_out_is_forgotten_in_time_though_nothing_is_too_far(posture):
+    steady = Steadying()
+    steady.update(posture, pairs_at(posture, 1.5), np.inf, DT)
+    left = [steady.update(posture, pairs_at(posture), np.inf, DT) for _ in range(700)]
+    assert len(left[int((GONE - 0.1) / DT)].distance) == 1
+    assert len(left[int((GONE + 0.1) / DT)].distance) == 0
+
+
+def test_what_is_followed_has_the_age_of_its_measurement_and_what_is_lost_the_oldest(posture):
+    steady, both = Steadying(), replace(pairs_at(posture, 0.3, 0.4), age=np.array([0.07, 0.11]))
+    rows = aged(steady.update(posture, both, REACH, DT), both, 0.2)
+    assert rows.age[np.argsort(rows.source)] == pytest.approx([0.07, 0.11])
+    one = replace(pairs_at(posture, 0.3), age=np.array([0.05]))
+    rows = aged(steady.update(posture, one, REACH, DT), one, 0.2)
+    assert sorted(rows.age) == pytest.approx([0.05, 0.2])
+    assert [rows.measured(row) for row in (-1, *np.argsort(rows.source))] == [-1, -1, 0]

@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 
-from app.checks.listen import TRUSTED, listen
+from app.checks.skin_port import record_port
+from app.checks.trusted import trusted_depth
 from app.errors import SensorError
 from app.messages import Array
 from app.report import Check, Report
@@ -21,7 +22,7 @@ from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
-from app.wiring import Setup, build_robot, choose_skin
+from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 SURE = 1.15  # times the other reading's residual makes a convention certain
@@ -31,27 +32,24 @@ LOOSE = 0.6  # share of the way that a hand's track must go along its axis
 
 def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
-    robot = build_robot(setup)
-    skin = choose_skin(setup, robot)
+    robot, skin = build_robot_and_skin(setup)
     port = recording.removeprefix("serial:")
     path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count
     if port != recording:
-        k, depth = listen(port, robot, skin, what, WallClock(), _tell)
+        k, depth = record_port(port, robot, skin, what, WallClock(), _prompt)
     elif recording.startswith("simulated"):
         depth = simulate(robot, skin, k, what, setup.seed)
     else:
-        r = read_recording(Path(path))
-        good = (r.targets > 0) & np.isin(r.status, TRUSTED)
-        depth = np.where(good, r.distance, np.nan)
+        depth = trusted_depth(read_recording(Path(path)))
     sensor = skin.sensors[k]
-    row = wall(depth, sensor) if what == "wall" else hand(depth, sensor)
+    row = judge_wall(depth, sensor) if what == "wall" else judge_hand(depth, sensor)
     ok = float(bool(row.pop("agrees")))
     check = Check("agrees with the layout", ok, "", 1.0, at_least=True)
     return Report(f"skin check {what}", setup.seed, [{"name": sensor.name} | row], [check])
 
 
-def wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
+def judge_wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
     """Which reading of the ranges (F, 64) makes a plane: depth along the axis, or the ray's?"""
     n = sensor.resolution
     row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
@@ -74,7 +72,7 @@ def wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def hand(depth: Array, sensor: Sensor) -> dict[str, Any]:
+def judge_hand(depth: Array, sensor: Sensor) -> dict[str, Any]:
     """How the zones are mirrored and turned, from a hand that goes right, then down."""
     n = sensor.resolution
     track = []
@@ -136,12 +134,11 @@ def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
         world.move(name, place)
         for f in eye.poll(i / 15.0, posture) + eye.poll((i + 0.999) / 15.0, posture):
             if f.sensor == k:
-                good = (f.targets > 0) & np.isin(f.status, TRUSTED)
-                out.append(np.where(good, f.distance, np.nan))
+                out.append(trusted_depth(f))
     return np.array(out)
 
 
-def _tell(sentence: str) -> None:
+def _prompt(sentence: str) -> None:
     print(sentence, file=sys.stderr)
 
 

@@ -1,0 +1,57 @@
+"""Speed and separation as a bound: no pair closes faster than its distance allows, however far.
+
+    -J qd - s <= v_max(d)
+
+v_max is that of `app.control.separation`. It limits the approach of the body's point and never
+demands a retreat. A model, not a certified function.
+"""
+
+import numpy as np
+
+from app.compiled import compiled
+from app.control.bounds.pairs import MOST, STATIC_COST, Near, near
+from app.control.bounds.rows import (
+    Motion,
+    Rows,
+    add_rate,
+    authority,
+    bites,
+    ease,
+    keep_tightest,
+    motion,
+)
+from app.control.controller import Situation
+from app.control.limits import Step
+from app.control.separation import ceiling
+from app.messages import Array
+
+
+class SeparationBounds:
+    """The bounds of all pairs that are followed, near or far, the tightest of them."""
+
+    def append(self, now: Situation, step: Step, rows: Rows) -> None:
+        """Append at most `MOST`."""
+        most = ceiling(now.pairs, now.params)
+        _append(near(now.pairs), most, now.params.d_s, motion(now.posture), step, rows)
+
+
+@compiled
+def _append(pairs: Near, most: Array, d_s: float, moves: Motion, step: Step, out: Rows) -> None:
+    first = out.filled[0]
+    for i in range(len(pairs.distance)):
+        m = out.filled[0]
+        J = out.jacobian[m]
+        if not pairs.distance[i] < np.inf:
+            continue
+        J[:] = 0.0
+        add_rate(pairs.link[i], pairs.on_robot[i], pairs.normal[i], 1.0, moves, J)
+        speed, _ = authority(J, step)
+        if speed == 0.0 or not bites(J, -most[i], step):
+            continue
+        out.low[m], out.source[m] = -most[i], i
+        out.linear[m], out.quadratic[m] = STATIC_COST
+        out.inside[m], out.urgent[m] = pairs.distance[i] < d_s, False
+        out.filled[0] += 1
+    keep_tightest(out, first, MOST)
+    for i in range(first, out.filled[0]):
+        ease(out, i, step)

@@ -1,0 +1,41 @@
+"""What a controller is: a situation in, a command out."""
+
+from typing import NamedTuple, Protocol
+
+from app.config import Params
+from app.messages import Array, Command, Goal, JointState, Pairs
+from app.robot.posture import Posture
+
+
+class Situation(NamedTuple):
+    """All that a controller is told in one tick.
+
+    posture: at `joints.q`.   goal: None means: rest where you are, but give way.
+    pairs:   the near pairs, of the kind that the controller needs.
+    dt:      [s] that the command will hold.   share: 0..1 of the allowed speed.
+    applied: (n,) [rad/s] what the arm was really told in the last tick; a command goes on from it.
+    """
+
+    posture: Posture
+    joints: JointState
+    pairs: Pairs
+    goal: Goal | None
+    params: Params
+    dt: float
+    share: float
+    applied: Array
+
+
+class Controller(Protocol):
+    """Turns situations into joint velocities that keep every limit of the robot."""
+
+    def update(self, now: Situation) -> Command:
+        """The next command. `control_row` is a row of the situation's pairs.
+
+        Raises a FlinchError, which stops the arm, where it has no answer.
+        """
+        ...
+
+    def reset(self) -> None:
+        """Forget what came before: another controller was in force, or the arm has braked."""
+        ...

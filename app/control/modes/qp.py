@@ -1,0 +1,52 @@
+"""What is known of the quadratic programme's controllers."""
+
+from math import inf
+from typing import TYPE_CHECKING
+
+from app.config import Params
+from app.control.registry import controller
+from app.messages import Needs
+
+if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a controller is made of
+    from app.control.clearance import Clearance
+    from app.control.qp_controller import QpController
+    from app.robot.model import Robot
+
+
+def bounds_needs(params: Params) -> Needs:
+    """Several pairs a link up to d_inf; all there are, with their ages, for the separation."""
+    return Needs("several", inf if params.separation else params.d_inf, params.separation)
+
+
+def separation_needs(params: Params) -> Needs:
+    """All pairs there are, with their ages."""
+    return Needs("several", inf, ages=True)
+
+
+def bounds_distances(params: Params) -> tuple[float, float]:
+    """[m] that is kept, and from which on pairs are bounds."""
+    return params.d_s, params.d_inf
+
+
+@controller(
+    "qp", "Whole body, bounds (QP)", "every near pair as a bound of a quadratic programme",
+    needs=bounds_needs, distances=bounds_distances, keeping=lambda kept: {"d_s": kept},
+    knows_cell=True,
+)  # fmt: skip
+def bounds(robot: "Robot", clearance: "Clearance") -> "QpController":
+    """The default."""
+    from app.control.qp_controller import QpController
+
+    return QpController(robot, clearance)
+
+
+@controller(
+    "ssm", "Slow and stop only (SSM)", "slows and stops by speed and separation, gives no way",
+    needs=separation_needs, distances=lambda params: None, keeping=lambda kept: {},
+    knows_cell=True, studies=frozenset(),
+)  # fmt: skip
+def slow_and_stop(robot: "Robot", clearance: "Clearance") -> "QpController":
+    """The baseline of a fence."""
+    from app.control.qp_controller import QpController
+
+    return QpController(robot, clearance, gives_way=False)
