@@ -3,13 +3,20 @@
 import json
 import re
 import shutil
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
 import pytest
 import trimesh
 
-from app.cli import main
+from app.cli import Run, main
+from app.cli.bench import Bench
+from app.cli.doctor import Doctor
+from app.cli.kernels import Kernels
+from app.cli.ranges import CalibrateRanges
+from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate
+from app.cli.which import WhichRobot
 from app.config import Params
 from app.errors import RobotError
 from app.robot.draft import Wish, parse_wish, write_draft
@@ -196,3 +203,40 @@ def test_a_missing_mesh_no_ring_and_a_folder_that_is_there_are_one_line(meshes, 
 
 def test_a_wish_is_read_from_the_right():
     assert parse_wish("a:b:12") == Wish("a:b", 12)
+
+
+COMMANDS = (Run, Doctor, Bench, Kernels, CalibrateFilter, CalibrateRanges, SkinCheck, SkinEmulate)
+
+
+def test_every_command_that_takes_a_robot_takes_it_by_the_same_flags():
+    own = {f.name for f in fields(WhichRobot)}
+    for command in COMMANDS:
+        assert issubclass(command, WhichRobot), command
+        assert own <= {f.name for f in fields(command)}
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        ("doctor",),
+        ("skin", "check"),
+        ("skin", "emulate", "--seconds", "0.3", "--scene", "empty", "--link"),
+        ("run", "--headless", "--seconds", "0.1", "--scene", "empty"),
+    ],
+    ids=" ".join,
+)
+def test_a_command_takes_a_bare_urdf_as_it_takes_a_folder(command, primitives, tmp_path, capsys):
+    write_draft(primitives, WISHES, tmp_path / "mine")
+    capsys.readouterr()
+    link = [str(tmp_path / "port")] if command[-1] == "--link" else []
+    layout = str(tmp_path / "mine/skin/rings.toml")
+    assert main([*command, *link, "--robot", str(tmp_path / "mine")]) == 0
+    folder = capsys.readouterr().out
+    assert main([*command, *link, "--urdf", str(primitives), "--skin", layout]) == 0
+    bare = capsys.readouterr().out
+    assert folder and first_words(folder) == first_words(bare)
+
+
+def first_words(text):
+    """The first two words of every line: figures of another posture differ."""
+    return [line.split()[:2] for line in text.splitlines() if "frames" not in line]
