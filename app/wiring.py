@@ -89,7 +89,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         own = load_program(find_program(setup.program))
         programs[own.name] = own
     scene = load_scene(find_scene(setup.scene), setup.seed)
-    home, simulated = _home(setup, scene, robot), setup.driver == SIMULATED
+    home, simulated = choose_home(setup, scene, robot), setup.driver == SIMULATED
     cell, learned_file = _cell(setup, scene)
     held: list[Arm | Source] = []
     try:
@@ -229,7 +229,7 @@ def _eye(
     return kind(robot, skin, world, setup.seed, errors)
 
 
-def _home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
+def choose_home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
     """The posture to begin in; None for the robot's own."""
     home = scene.home
     if setup.choice.home_deg or scene.robot not in ("", robot.name):

@@ -60,6 +60,7 @@ class SelfFilter:
         self._own_eps = robot.eps
         self._link = skin.link.astype(np.int64)
         self._welded = robot.welded
+        self._T_link_link = robot.T_link_link
         self._origin, self._axis = skin.origin, skin.axis
         length = np.linalg.norm(skin.reach, axis=1, keepdims=True)
         rays = np.empty((skin.count, SLOTS, RAYS, 3))
@@ -131,9 +132,12 @@ class SelfFilter:
         own = np.full(self._rays.shape[:3], MISS)
         link = np.full(own.shape, -1, dtype=np.int16)
         for k, mount in enumerate(self._link):
-            d = self._rays[k].reshape(-1, 3)
-            o = self._origin[k].astype(np.float32) + np.float32(near) * d
+            rays = self._rays[k].reshape(-1, 3)
             for i in np.flatnonzero(self._welded[mount]):
+                T = self._T_link_link(int(i), int(mount))  # a fixed part may have another frame
+                d = rays @ T[:3, :3].T.astype(np.float32)
+                o = (T[:3, :3] @ self._origin[k] + T[:3, 3]).astype(np.float32)
+                o = o + np.float32(near) * d
                 t = self._meshes[i].cast(o, d).reshape(SLOTS, RAYS) + np.float32(near)
                 link[k][t < own[k]] = i
                 own[k] = np.minimum(own[k], t)

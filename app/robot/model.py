@@ -121,7 +121,8 @@ class Robot:
             q=freeze(q),
             T_base_link=freeze(poses),
             T_base_tool=freeze(data.oMf[self._tool].homogeneous.copy()),
-            J_base=freeze(data.J.copy()),
+            # of one joint pinocchio makes a row of it
+            J_base=freeze(data.J.copy().reshape(6, self.n)),
             supports=self.supports,
             tool_support=self.tool_support,
         )

@@ -26,7 +26,7 @@ from app.timing import Clock
 from app.virtual.skin.faults import FaultyWire, parse_faults
 from app.virtual.skin.pty_port import PtyPort
 from app.virtual.skin.wearer import Wearer, wearer
-from app.wiring import Setup, build_robot, choose_skin
+from app.wiring import Setup, build_robot, choose_home, choose_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -78,8 +78,8 @@ def emulate(
         sensors = sensors[:1]  # such a format has room for one sensor
     faults = parse_faults(what.faults, partial(named_sensors, skin=skin))
     scene = load_scene(find_scene(setup.scene), setup.seed)
-    home = robot.home if scene.home is None or scene.robot != robot.name else scene.home
-    arm = wearer(what.follow, robot, home)
+    home = choose_home(setup, scene, robot)
+    arm = wearer(what.follow, robot, robot.home if home is None else home)
     frames: FrameSource
     if what.replay:
         at_home = robot.posture(robot.home)
