@@ -51,24 +51,17 @@ class Samples:
         return tuple(column[use] for column in columns)
 
 
-def calibrate(
-    robot_name: str,
-    recording: str,
-    skin_file: str = "",
-    seed: int = 0,
-    ranges: Path | None = None,
-) -> Report:
+def calibrate(setup: Setup, recording: str) -> Report:
     """Thresholds of every link that the sensors see.
 
+    setup:     the robot, its skin, the seed, and the table of the zones' errors, taken off first.
     recording: 'simulated', or PATH[@SENSOR] of an arm at rest at home with nothing near.
-    ranges:    table of the zones' errors, taken off first.
     """
-    setup = Setup(robot=robot_name, skin=skin_file, ranges=ranges)
     robot, skin = build_robot_and_skin(setup)
     params = Params()
     samples = Samples(robot, skin, params)
     if recording == "simulated":
-        _simulate(samples, robot, skin, seed)
+        _simulate(samples, robot, skin, setup.seed)
     else:
         _replay(samples, robot, skin, recording)
     link, gap, noise, edge = samples.near(AROUND)
@@ -91,7 +84,7 @@ def calibrate(
             values = ", ".join(f"{name} = {eps:.4f}" for name, eps in known.items())
             field = "eps_m" if key == "eps" else "eps_edge_m"
             rows.append({"name": "for robot.toml", "line": f"{field} = {{ {values} }}"})
-    return Report("calibrate-filter", seed, rows)
+    return Report("calibrate-filter", setup.seed, rows)
 
 
 def histogram_text(histogram: Any) -> str:

@@ -15,6 +15,7 @@ from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.kernels import Kernels
+from app.cli.new_robot import NewRobot
 from app.cli.ranges import CalibrateRanges
 from app.cli.run import Run
 from app.cli.skin import CalibrateFilter, SkinCommand
@@ -32,6 +33,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "skin": SkinCommand,
     "experiment": Experiment,
     "ur": Ur,
+    "new-robot": NewRobot,
     "kernels": Kernels,
 }
 

@@ -48,7 +48,7 @@ class SelfFilter:
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
         self._hulls = _hulls(robot)
         self._fan = _fan(skin)
-        self._own = self._own_returns()
+        self._own = self._own_returns(robot)
         self._casts = _room_for_casts(len(self._meshes), len(self._meshes) * self._own.link.size)
 
     def judge(
@@ -81,16 +81,19 @@ class SelfFilter:
         )
         return judged
 
-    def _own_returns(self) -> Returns:
+    def _own_returns(self, robot: Robot) -> Returns:
         """Where rays end on each sensor's own link and what is fixed to it."""
         fan = self._fan
         own = Returns(np.full(fan.report.shape, MISS), np.full(fan.report.shape, -1, np.int16))
         for k, mount in enumerate(fan.link):
             mine = slice(fan.first[k], fan.first[k + 1])
-            d = fan.direction[mine].reshape(-1, 3)
-            o = fan.origin[k].astype(np.float32) + np.float32(NEAR) * d
             length, link = own.length[mine], own.link[mine]
+            rays = fan.direction[mine].reshape(-1, 3)
             for i in np.flatnonzero(self._hulls.fixed[mount]):
+                T = robot.T_link_link(int(i), int(mount))  # a fixed part may have another frame
+                d = rays @ T[:3, :3].T.astype(np.float32)
+                o = (T[:3, :3] @ fan.origin[k] + T[:3, 3]).astype(np.float32)
+                o = o + np.float32(NEAR) * d
                 t = self._meshes[i].cast(o, d).reshape(length.shape) + np.float32(NEAR)
                 link[t < length] = i
                 length[:] = np.minimum(length, t)
