@@ -11,12 +11,12 @@ import pytest
 
 from app.actions import AddObstacle
 from app.cell.parts import Cell
-from app.config import Params
 from app.errors import RobotError
 from app.messages import Mode, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.flow import no_frames, renew_frames
 from app.perception.memory import Memory
+from app.perception.rules import Rules
 from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import load_skin
 from app.sensing.error_model import ErrorModel
@@ -34,7 +34,7 @@ from tests import mixed_skin
 from tests.mixed_skin import LENS, NOISE, SHAPES, SHIFT
 from tests.ports import HandPort
 
-P = Params(ghost_filter=False)
+P = Rules(doubts_ghosts=False)
 
 
 @pytest.fixture(scope="module")

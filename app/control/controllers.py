@@ -55,7 +55,7 @@ class Controllers:
             qd = self._keep_out.allowed(command.qd, now)
             if qd is not command.qd:
                 command = replace(command, qd=freeze(qd), reason=command.reason or AT_THE_CELL)
-        self._stuck.see(tool, now.pairs, command, now.params.escape, stamp)
+        self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp)
         row, words = now.pairs.measured(command.control_row), command.reason or self._stuck.words
         if (row, words) != (command.control_row, command.reason):
             command = replace(command, control_row=row, reason=words)
