@@ -11,7 +11,8 @@ from app.control.keep_out import KeepOut
 from app.control.limits import braked
 from app.control.registry import kind_of, kinds
 from app.control.stuck import Stuck
-from app.messages import Array, Command, JointState, Needs, freeze
+from app.messages import Array, Command, JointState, freeze
+from app.needs import Needs
 from app.robot.model import Robot
 
 AT_THE_CELL = "held off the known cell"

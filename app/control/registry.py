@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.config import MODES, Params
 from app.errors import ConfigError
-from app.messages import Needs
+from app.needs import Needs
 
 if TYPE_CHECKING:  # see `app.control.modes`
     from app.control.clearance import Clearance

@@ -16,16 +16,8 @@ from numpy.typing import NDArray
 from app.cell.learned import Learned
 from app.cell.parts import Cell
 from app.config import Params
-from app.messages import (
-    Array,
-    Cloud,
-    JointState,
-    Needs,
-    Pairs,
-    SensorFrame,
-    Verdict,
-    freeze,
-)
+from app.messages import Array, Cloud, JointState, Pairs, SensorFrame, Verdict, freeze
+from app.needs import Needs
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory

@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING
 
 from app.config import Params
 from app.control.registry import controller, fading_distances
-from app.messages import Needs
+from app.needs import Needs
 
 if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a controller is made of
     from app.control.clearance import Clearance
