@@ -14,11 +14,6 @@ TO_BE_SPLIT = {
     "app/control/steady_rows.py: _follow",
     "app/control/steady_rows.py: _update",
     "app/control/task_priority.py: _recursion",
-    "app/perception/beams.py: _come_near",
-    "app/perception/beams.py: aim",
-    "app/perception/beams.py: place",
-    "app/perception/beams.py: weigh",
-    "app/sensing/error_model.py: _measure",
 }
 
 
