@@ -69,9 +69,10 @@ def test_another_layout_is_dressed_in_its_own_covers_and_not_in_the_defaults(tmp
 
 
 @pytest.mark.parametrize("tilt", [0.0, 25.0])
-def test_no_lens_is_inside_its_cover_and_no_ray_of_it_meets_one(tmp_path, tilt):
+@pytest.mark.parametrize("kind", ["vl53l8cx", "vl53l7cx", "vl53l1x"])  # 45, 60 and 27 degrees wide
+def test_no_lens_is_inside_its_cover_and_no_ray_of_it_meets_one(tmp_path, tilt, kind):
     file = layout(tmp_path)
-    file.write_text(file.read_text() + f"tilt_deg = {tilt}\n")
+    file.write_text(file.read_text() + f'tilt_deg = {tilt}\ntype = "{kind}"\n')
     robot, skin = dressed(file)
     cover = mesh(robot.bodies[robot.link_index("upper_arm_cover")])
     assert not cover.contains(skin.origin).any()

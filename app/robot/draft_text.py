@@ -31,6 +31,7 @@ LAYOUT = """\
 # Where the sensors sit. After a change: flinch doctor --robot FOLDER
 # Every key, and a drawing of axis, start and count: robots/README.md
 title = {title}
+# type = "vl53l8cx"   # of all sensors: a name in static_assets/sensors, or a file like those
 
 # A printed cover goes round each ring, with a window over every sensor; its bore follows from the
 # link's mesh, and all that stands here is its default. Delete it for sensors without covers.
