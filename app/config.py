@@ -58,7 +58,7 @@ class Params:
     the speeds from what its figures show.
     """
 
-    mode: str = choice("qp", CLEARANCE, "controller", MODES)
+    mode: str = choice("qp", CLEARANCE, "which controller leads the arm", MODES)
     distance_kept: float = number(
         0.25, "m", 0.05, 0.40, CLEARANCE,
         "how far the arm stays from what its sensors see; more is safer and reaches less",

@@ -162,9 +162,9 @@ def test_a_watchers_setting_is_put_back_on_its_page(page: Page, engine: FakeEngi
             assert watcher.told(slider._impl.uuid, "value") == [true]
             assert slider.value == true and engine.posted == []
             assert operator.told(slider._impl.uuid, "value") == []
-            await operator.press(slider, 250)
+            await operator.press(slider, 300)
             await until(lambda: engine.posted)
-            assert engine.posted == [SetParams({"distance_kept": 0.25})]
+            assert engine.posted == [SetParams({"distance_kept": 0.3})]
 
     play(scene())
 

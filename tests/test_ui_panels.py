@@ -73,8 +73,8 @@ def test_two_new_obstacles_do_not_stand_in_each_other(engine: FakeEngine) -> Non
 
 
 def test_a_setting_of_a_person_is_posted_in_si_units(page: Page, engine: FakeEngine) -> None:
-    run(page, page.params.controls["distance_kept"], 250.0)
-    assert engine.posted == [SetParams({"distance_kept": 0.25})]
+    run(page, page.params.controls["distance_kept"], 300.0)
+    assert engine.posted == [SetParams({"distance_kept": 0.3})]
 
 
 def test_a_setting_of_another_window_is_shown_and_not_posted_again(

@@ -18,6 +18,7 @@ from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
 from app.cli.ranges import CalibrateRanges
 from app.cli.run import Run
+from app.cli.settings import Settings
 from app.cli.skin import CalibrateFilter, SkinCommand
 from app.cli.ur import Ur
 from app.config_names import moved
@@ -35,6 +36,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "experiment": Experiment,
     "ur": Ur,
     "new-robot": NewRobot,
+    "settings": Settings,
     "kernels": Kernels,
 }
 
