@@ -20,10 +20,8 @@ from msgspec import Meta
 from app.assets import asset_folder, find_asset
 from app.errors import RobotError
 from app.messages import Array
-from app.toml import Table, read_toml
+from app.toml import NotNegative, Positive, Table, read_toml
 
-Positive = Annotated[float, Meta(gt=0)]
-NotNegative = Annotated[float, Meta(ge=0)]
 Share = Annotated[float, Meta(ge=0, le=1)]
 Angle = Annotated[float, Meta(gt=0, le=120)]
 Zones = Annotated[int, Meta(ge=1, le=32)]
