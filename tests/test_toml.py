@@ -54,6 +54,10 @@ class Wheel(Table, frozen=True):
     limits: dict[str, Positive] | None = None
     tyre: str | Positive | None = None
 
+    def __post_init__(self) -> None:
+        if self.spokes == 7:
+            raise ValueError("spokes = 7 make a wheel that limps; give another number")
+
 
 GOOD = {"name": "left", "radius_m": 0.3}
 
@@ -69,6 +73,7 @@ GOOD = {"name": "left", "radius_m": 0.3}
         ({"centre_m": [0, 0]}, "centre_m = [0, 0]; give 3 finite numbers"),
         ({"centre_m": [0, 0, float("inf")]}, "centre_m = [0, 0, inf]; give 3 finite numbers"),
         ({"spokes": 8.5}, "spokes = 8.5; give a whole number"),
+        ({"spokes": 7}, "spokes = 7 make a wheel that limps; give another number"),
         ({"braked": 1}, "braked = 1; give true or false"),
         ({"limits": {"a": -1}}, "limits = {'a': -1}; give a table of names, each with"),
         ({"limits": 3}, "limits = 3; give a table of names, each with a number above zero"),
@@ -79,6 +84,14 @@ def test_each_kind_of_value_has_its_remedy(change: dict[str, object], told: str)
     with pytest.raises(ConfigError) as e:
         checked(GOOD | change, Wheel, "cart.toml", ConfigError)
     assert str(e.value).startswith(f"cart.toml: {told}")
+
+
+def test_the_words_of_a_table_itself_follow_its_name() -> None:
+    class Cart(Table, frozen=True):
+        wheel: tuple[Wheel, ...]
+
+    with pytest.raises(ConfigError, match=r"cart\.toml: wheel 'left': spokes = 7 make a wheel"):
+        checked({"wheel": [GOOD | {"spokes": 7}]}, Cart, "cart.toml", ConfigError)
 
 
 def test_what_fits_is_given_back_with_its_defaults() -> None:

@@ -23,7 +23,7 @@ from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
 from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter, no_judgement
-from app.plot import Line, check_plot, plot_lines
+from app.plot import Curve, check_plot, plot_lines
 from app.raycast import RigidMesh
 from app.report import Check, Report
 from app.robot.meshes import BodyMesh
@@ -215,7 +215,7 @@ def _growth(
 
 
 def _draw(path: Path, rows: list[dict[str, Any]]) -> None:
-    panels: dict[str, dict[str, Line]] = {}
+    panels: dict[str, dict[str, Curve]] = {}
     for what in ("sensors", "faces"):
         mine = [r for r in rows if str(r["name"]).endswith(what)]
         count = [float(str(r["name"]).split()[0]) for r in mine]

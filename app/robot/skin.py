@@ -30,13 +30,10 @@ from app.robot.ranges import RangeTable
 from app.robot.sensor_type import DEFAULT, SensorType, load_sensor_type
 from app.robot.tables import CoverTable
 from app.robot.traits import TRUSTED, Traits, traits_of
-from app.toml import Table, read_toml
+from app.toml import Positive, Table, Vector, read_toml
 
 if TYPE_CHECKING:  # a robot is loaded with the covers of a layout, which needs these tables
     from app.robot.model import Robot
-
-Vector = tuple[float, float, float]
-Positive = Annotated[float, Meta(gt=0)]
 
 
 class Mounting(Table, frozen=True):

@@ -4,15 +4,11 @@ The docstrings tell every key as `key: text`; `robots/README.md` is made from th
 """
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Literal
 
-from msgspec import Meta
-
-from app.toml import Table
+from app.toml import Name, NotNegative, Positive, Table, Vector
 
 Bodies = Literal["collision", "visual"]
-Vector = tuple[float, float, float]
-Positive = Annotated[float, Meta(gt=0)]
 
 
 class ToolTable(Table, frozen=True, kw_only=True):
@@ -28,7 +24,7 @@ class ToolTable(Table, frozen=True, kw_only=True):
     rpy_deg:          its turn about the fixed x, y and z axes.
     """
 
-    name: Annotated[str, Meta(min_length=1)]
+    name: Name
     body: str
     visual: str | None = None
     mass_kg: Positive
@@ -87,7 +83,7 @@ class RobotTable(Table, frozen=True):
     eps_edge_m:         the same for zones across a link's edge.
     """
 
-    name: Annotated[str, Meta(min_length=1)]
+    name: Name
     title: str
     urdf: str
     tool_frame: str
@@ -97,8 +93,8 @@ class RobotTable(Table, frozen=True):
     links: list[str] | None = None
     bodies: Bodies = "collision"
     tool: ToolTable | str | None = None
-    eps_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
-    eps_edge_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
+    eps_m: dict[str, NotNegative] | None = None
+    eps_edge_m: dict[str, NotNegative] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -94,12 +94,12 @@ def emulate(
             names += f" to {skin.sensors[sensors[-1]].name}"
         rate = max(skin.sensors[k].type.rate_hz for k in sensors)
         ready(f"{names} at {rate:g} Hz, format {what.format}, on {what.link}")
-        line = Line(style.encode, FaultyWire(faults, clock.now(), setup.seed), port)
+        transmitter = Transmitter(style.encode, FaultyWire(faults, clock.now(), setup.seed), port)
         period = 1.0 / (rate * len(sensors))
-        return send_frames(frames, skin, line, clock, period, what.seconds, over)
+        return send_frames(frames, skin, transmitter, clock, period, what.seconds, over)
 
 
-class Line(NamedTuple):
+class Transmitter(NamedTuple):
     """What a frame goes through on its way out: its format, what goes wrong, and the port."""
 
     encode: Callable[[RawFrame], bytes]
@@ -110,7 +110,7 @@ class Line(NamedTuple):
 def send_frames(
     frames: FrameSource,
     skin: Skin,
-    line: Line,
+    transmitter: Transmitter,
     clock: Clock,
     period: float,
     seconds: float = 0.0,
@@ -124,12 +124,12 @@ def send_frames(
         now = clock.now()
         for f in frames.poll(now):
             said += 1
-            raw = raw_frame(f, skin.sensors[f.sensor].type.grid, line.faulty.clock(now))
-            packet = line.encode(line.faulty.frame(raw))
-            line.port.write(line.faulty.wire(packet, now))
+            raw = raw_frame(f, skin.sensors[f.sensor].type.grid, transmitter.faulty.clock(now))
+            packet = transmitter.encode(transmitter.faulty.frame(raw))
+            transmitter.port.write(transmitter.faulty.wire(packet, now))
         due = max(due + period, now)  # after a stall no burst of old frames
         clock.sleep_until(due)
-    return said, line.port.lost
+    return said, transmitter.port.lost
 
 
 def raw_frame(frame: SensorFrame, grid: Grid, t_us: int) -> RawFrame:
