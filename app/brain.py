@@ -112,7 +112,7 @@ class Brain:
             errand.hold(tool)
         engage = self.wishes.heed(x, tool, self._guard, self._perception, mind)
         p = self.params
-        share, moving = self._guard.judge(x, p.silence, p.slow_after)
+        share, moving = self._guard.judge(x, p.silence)
         seen = self._perception.update(
             x.frames, x.joints, posture, p, mind.needs(p), x.dt, lap
         )  # fmt: skip

@@ -10,7 +10,7 @@ frame to the page; zone j of sensor k is row `Skin.first[k] + j`.
 
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -155,22 +155,6 @@ class Pairs:
     def measured(self, row: int) -> int:
         """The measured pair that a row follows; -1 of none, and of row -1."""
         return row if self.source is None or row < 0 else int(self.source[row])
-
-
-@dataclass(frozen=True, slots=True)
-class Needs:
-    """What a controller wants of perception.
-
-    pairs: the closest of every link, several of every link, or that of every sensor's mount.
-    reach: [m] up to where pairs are followed.   ages: how old is each measurement?
-    as_published: as the paper perceives: one ray a zone, points behind the body stay, nothing is
-                  remembered, doubted, steadied, held on to or known to move.
-    """
-
-    pairs: Literal["links", "several", "mounts"]
-    reach: float
-    ages: bool = False
-    as_published: bool = False
 
 
 # --- control ------------------------------------------------------------------------------

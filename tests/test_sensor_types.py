@@ -11,12 +11,12 @@ import pytest
 
 from app.actions import AddObstacle
 from app.cell.parts import Cell
-from app.config import Params
 from app.errors import RobotError
 from app.messages import Mode, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.flow import no_frames, renew_frames
 from app.perception.memory import Memory
+from app.perception.rules import Rules
 from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import load_skin
 from app.sensing.error_model import ErrorModel
@@ -34,7 +34,7 @@ from tests import mixed_skin
 from tests.mixed_skin import LENS, NOISE, SHAPES, SHIFT
 from tests.ports import HandPort
 
-P = Params(ghost_filter=False)
+P = Rules(doubts_ghosts=False)
 
 
 @pytest.fixture(scope="module")
@@ -120,14 +120,14 @@ def test_the_types_that_ship_can_be_named(name, zones, view):
 @pytest.mark.parametrize(
     ("old", "new", "says"),
     [
-        ("rows = 16", "rows = 0", r"wide\.toml.*>= 1.*rows"),
-        ("rows = 16", "row = 16", r"unknown field `row`.*keys here: .*rows"),
-        ('"radial"', '"round"', r"range = 'round'; choose 'perpendicular' or 'radial'"),
-        ("footprint = 1", "footprint = 2", r"no ray in the middle; give 1, 3, 5"),
-        ("least_m = 0.03", "least_m = 9.0", r"least_m = 9 is not below most_m"),
+        ("rows = 16", "rows = 0", r"wide\.toml: rows = 0; give a whole number from 1 up to 32"),
+        ("rows = 16", "row = 16", r"unknown key 'row'; did you mean 'rows'"),
+        ('"radial"', '"round"', r"range = 'round'.*perpendicular.*radial"),
+        ("footprint = 1", "footprint = 2", r"footprint = 2; .*1.*3.*5.*7"),
+        ("least_m = 0.03", "least_m = 9.0", r"least_m = 9 is not below most_m = 3; lower it"),
         ("trusted = [1, 2]", "trusted = [0, 1]", r"trusted holds no_target = 0; leave it out"),
-        ("valid = 1\n", "", r"missing required field `valid`.*status"),
-        ("title", "titel", r"unknown field `titel`"),
+        ("valid = 1\n", "", r"status: key 'valid' is missing; add it"),
+        ("title", "titel", r"unknown key 'titel'; did you mean 'title'"),
     ],
 )
 def test_a_broken_type_is_named_with_file_key_and_remedy(robot, layout, tmp_path, old, new, says):

@@ -17,10 +17,10 @@ Distances are compared as the sensor reports them, along its axis or along its r
 import numpy as np
 from numpy.typing import NDArray
 
-from app.config import Params
 from app.messages import Array
 from app.perception.casting import NEAR, Casts, Fan, Hulls, select_rays
 from app.perception.returns import Judgement, Returns, explain_returns
+from app.perception.rules import Rules
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -56,7 +56,7 @@ class SelfFilter:
         sensors: NDArray[np.intp],
         reported: Array,
         posture: Posture,
-        params: Params,
+        rules: Rules,
         into: Judgement | None = None,
     ) -> Judgement:
         """Verdict of each zone of `sensors` (m,), and why, by slot.
@@ -67,7 +67,7 @@ class SelfFilter:
         judged = no_judgement(len(reported)) if into is None else into
         casts = self._casts
         select_rays(
-            sensors, reported, posture.T_base_link, params.footprint, self._fan, self._hulls,
+            sensors, reported, posture.T_base_link, rules.footprint, self._fan, self._hulls,
             casts, judged.rays,
         )  # fmt: skip
         first = 0
@@ -77,7 +77,7 @@ class SelfFilter:
                 np.add(t, np.float32(NEAR), out=casts.hit[first:last])
             first = last
         explain_returns(
-            sensors, reported, params.two_sided, self._fan, self._hulls, self._own, casts, judged
+            sensors, reported, rules.two_sided, self._fan, self._hulls, self._own, casts, judged
         )
         return judged
 

@@ -12,7 +12,7 @@ the depth along its axis (`perpendicular`) or the length of the zone's ray (`rad
 
 from math import radians
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
@@ -20,10 +20,8 @@ from msgspec import Meta
 from app.assets import asset_folder, find_asset
 from app.errors import RobotError
 from app.messages import Array
-from app.toml import Table, read_toml
+from app.toml import NotNegative, Positive, Table, read_toml
 
-Positive = Annotated[float, Meta(gt=0)]
-NotNegative = Annotated[float, Meta(ge=0)]
 Share = Annotated[float, Meta(ge=0, le=1)]
 Angle = Annotated[float, Meta(gt=0, le=120)]
 Zones = Annotated[int, Meta(ge=1, le=32)]
@@ -48,10 +46,6 @@ class StatusTable(Table, frozen=True, kw_only=True):
     merged: Status | None = None
     first: Status | None = None
     unconfirmed: Status | None = None
-
-    def __post_init__(self) -> None:
-        if self.no_target in self.trusted:
-            raise ValueError(f"status.trusted holds no_target = {self.no_target}; leave it out")
 
     @property
     def honest(self) -> tuple[int, ...]:
@@ -105,10 +99,6 @@ class DetectionTable(Table, frozen=True, kw_only=True):
     corner_less: Share = 0.0
     slope_share: Positive = 0.08
 
-    def __post_init__(self) -> None:
-        if self.white.reflectance <= self.grey.reflectance:
-            raise ValueError("detection.white must reflect more than detection.grey; swap them")
-
 
 class SensorType(Table, frozen=True, kw_only=True):
     """A type of sensor.
@@ -119,15 +109,15 @@ class SensorType(Table, frozen=True, kw_only=True):
     pulse_m, pulse_share: returns within max(m, share * distance) of a zone's nearest one are one
                        target, whose distance is their mean; a slanted surface is one.
     separate_m:        a second target this far behind is told apart; a nearer one merges.
-    footprint:         an odd number: a zone is stood for by so many rays in a row, and so many
-                       rows of them, evenly over it.
+    footprint:         a zone is stood for by so many rays in a row, and so many rows of them,
+                       evenly over it; odd, so that one is in its middle.
     """
 
     title: str
     rows: Zones
     columns: Zones
     field_of_view_deg: tuple[Angle, Angle]
-    range: str
+    range: Literal["perpendicular", "radial"]
     least_m: NotNegative
     most_m: Positive
     rate_hz: Annotated[float, Meta(gt=0, le=200)]
@@ -137,15 +127,7 @@ class SensorType(Table, frozen=True, kw_only=True):
     status: StatusTable
     error: ErrorTable
     detection: DetectionTable
-    footprint: Annotated[int, Meta(ge=1, le=7)] = 3
-
-    def __post_init__(self) -> None:
-        if self.range not in (PERPENDICULAR, RADIAL):
-            raise ValueError(f"range = {self.range!r}; choose {PERPENDICULAR!r} or {RADIAL!r}")
-        if self.footprint % 2 == 0:
-            raise ValueError(f"footprint = {self.footprint} has no ray in the middle; give 1, 3, 5")
-        if self.least_m >= self.most_m:
-            raise ValueError(f"least_m = {self.least_m:g} is not below most_m; lower it")
+    footprint: Literal[1, 3, 5, 7] = 3
 
     @property
     def zones(self) -> int:
@@ -186,7 +168,23 @@ class SensorType(Table, frozen=True, kw_only=True):
 def load_sensor_type(name: str, beside: Path | None = None) -> SensorType:
     """A type by the name of a shipped one, or by the path of a TOML file, also from the folder
     `beside`; a RobotError names file, key and remedy, or the known names."""
-    if beside is not None and (beside / name).is_file():
-        return read_toml(beside / name, SensorType, RobotError)
-    folder = asset_folder("static_assets") / "sensors"
-    return read_toml(find_asset(name, folder, ".toml", RobotError), SensorType, RobotError)
+    path = beside / name if beside is not None else Path(name)
+    if not path.is_file():
+        folder = asset_folder("static_assets") / "sensors"
+        path = find_asset(name, folder, ".toml", RobotError)
+    kind = read_toml(path, SensorType, RobotError)
+    wrong = _contradiction(kind)
+    if wrong:
+        raise RobotError(f"{path}: {wrong}")
+    return kind
+
+
+def _contradiction(kind: SensorType) -> str:
+    """What of a type does not fit the rest of it, with the remedy; empty if all does."""
+    if kind.least_m >= kind.most_m:
+        return f"least_m = {kind.least_m:g} is not below most_m = {kind.most_m:g}; lower it"
+    if kind.status.no_target in kind.status.trusted:
+        return f"status: trusted holds no_target = {kind.status.no_target}; leave it out"
+    if kind.detection.white.reflectance <= kind.detection.grey.reflectance:
+        return "detection: white reflects no more than grey; swap them"
+    return ""

@@ -169,7 +169,7 @@ class Skin:
     def noise(self, reported: Array) -> Array:
         """(S,) standard deviation [m] of reported distances (S,) [m]."""
         floor, share = self.traits.noise[self.sensor_of].T
-        return np.maximum(floor, share * np.abs(reported))
+        return np.asarray(np.maximum(floor, share * np.abs(reported)))
 
     def zones(self, k: int) -> slice:
         """The slots of sensor k."""
@@ -340,7 +340,7 @@ def _unit(v: Vector, where: str, key: str) -> Array:
     length = np.linalg.norm(a)
     if not np.isfinite(length) or length < 1e-9:
         raise RobotError(f"{where}: {key} = {list(v)} has no direction; give a non-zero vector")
-    return a / length
+    return np.asarray(a / length)
 
 
 def _across(v: Vector, axis: Array, where: str, key: str) -> Array:
