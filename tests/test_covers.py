@@ -8,7 +8,7 @@ import pytest
 import trimesh
 
 from app.errors import RobotError
-from app.robot.kept import SUMS, kept
+from app.robot.file_cache import SUMS, cached_folder
 from app.robot.meshes import BodyMesh
 from app.robot.model import find_robot, load_robot
 from app.robot.roundness import circle, round_stretch
@@ -197,9 +197,9 @@ def test_a_cache_that_cannot_be_written_is_done_without(tmp_path, monkeypatch):
 
 
 def test_a_cache_keeps_the_newest_only(tmp_path, monkeypatch):
-    monkeypatch.setattr("app.robot.kept.MOST", 3)
+    monkeypatch.setattr("app.robot.file_cache.MOST", 3)
     for k in range(5):
-        folder = kept("covers", f"k{k}", lambda f: (f / "a").write_text("a"))
+        folder = cached_folder("covers", f"k{k}", lambda f: (f / "a").write_text("a"))
         shutil.os.utime(folder, (k, k))
     assert {f.name for f in folder.parent.iterdir()} >= {"k4", "k3"}
     assert len(list(folder.parent.iterdir())) == 3

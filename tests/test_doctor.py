@@ -15,7 +15,7 @@ from app.robot.tables import Choice
 
 
 def checkup(folder, layout="forearm-rings", tool=""):
-    robot = load_robot(folder, Choice(tool=tool))
+    robot = load_robot(folder, Choice(tool=tool, skin=layout))
     return examine(robot, load_skin(robot.folder / f"skin/{layout}.toml", robot))
 
 

@@ -18,7 +18,7 @@ import numpy as np
 from app.errors import RobotError, options
 from app.messages import Array
 from app.robot.bolted import bolt, read_solid
-from app.robot.kept import kept
+from app.robot.file_cache import cached_folder
 from app.robot.meshes import BodyMesh
 from app.robot.roundness import BINS, OFF, outline
 from app.robot.skin import RingTable, SkinTable, ring_axes
@@ -183,7 +183,7 @@ def _made(shapes: list[CoverShape]) -> tuple[Path, Path]:
 
         write_covers(shapes, folder / "body.stl", folder / "visual.glb")
 
-    folder = kept("covers", _digest(shapes), make)
+    folder = cached_folder("covers", _digest(shapes), make)
     return folder / "body.stl", folder / "visual.glb"
 
 

@@ -18,7 +18,7 @@ SUMS = "SHA256SUMS"
 MOST = 100  # sets of one kind; the least used one goes first
 
 
-def kept(kind: str, key: str, make: Callable[[Path], None]) -> Path:
+def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> Path:
     """The folder with the files that `make` writes into a folder, made once for a `key`.
 
     kind, key: names of folders; the key should be a digest of all that the files follow from.
@@ -26,7 +26,7 @@ def kept(kind: str, key: str, make: Callable[[Path], None]) -> Path:
     """
     shelf = _shelf(kind)
     folder = shelf / key
-    if not whole(folder):
+    if not is_whole(folder):
         fresh = Path(tempfile.mkdtemp(prefix=f".{key}-", dir=shelf))
         make(fresh)
         (fresh / SUMS).write_text(_sums(fresh))
@@ -39,7 +39,7 @@ def kept(kind: str, key: str, make: Callable[[Path], None]) -> Path:
     return folder
 
 
-def whole(folder: Path) -> bool:
+def is_whole(folder: Path) -> bool:
     """Are all files here, and none of them damaged?"""
     try:
         return (folder / SUMS).read_text() == _sums(folder)
