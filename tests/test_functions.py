@@ -6,14 +6,6 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 LINES, ARGUMENTS = 60, 8
 TO_BE_SPLIT = {
-    "app/control/active_set.py: _direction",
-    "app/control/active_set.py: minimise",
-    "app/control/gaps.py: _to_box",
-    "app/control/limits.py: _fill",
-    "app/control/rows.py: _fill",
-    "app/control/steady_rows.py: _follow",
-    "app/control/steady_rows.py: _update",
-    "app/control/task_priority.py: _recursion",
     "app/perception/beams.py: _come_near",
     "app/perception/beams.py: aim",
     "app/perception/beams.py: place",
