@@ -77,7 +77,7 @@ class Brain:
         self._controllers.reset()
         self._controllers.know(self.cell.learned)
         self.wishes = Wishes(params, Errand(programs, goal))
-        self._guard = Guard([s.name for s in self.skin.sensors], begin)
+        self._guard = Guard(self.skin, begin)
         self._point: Array | None = None  # control point of the last tick
         self._q = self.robot.home  # the last joint positions that were finite
 
@@ -108,11 +108,11 @@ class Brain:
         self._q = x.joints.q
         posture = self.robot.posture(x.joints.q)
         tool, errand, mind = posture.T_base_tool, self.wishes.errand, self._controllers
-        if self._guard.listen(x, self.params.frame_age) or errand.held is None:
+        if self._guard.listen(x) or errand.held is None:
             errand.hold(tool)
         engage = self.wishes.heed(x, tool, self._guard, self._perception, mind)
         p = self.params
-        share, moving = self._guard.judge(x, p.silence, p.slow_after)
+        share, moving = self._guard.judge(x, p.silence)
         seen = self._perception.update(
             x.frames, x.joints, posture, p, mind.needs(p), x.dt, lap
         )  # fmt: skip
@@ -144,7 +144,7 @@ class Brain:
             command=command, engage=engage, status=self._guard.status, params=self.params,
             goal=goal, T_base_link=seen.posture.T_base_link, T_base_tool=seen.posture.T_base_tool,
             cloud=seen.cloud, pairs=seen.pairs, body=seen.body, memory=seen.memory,
-            health=freeze(health.states(x.now, self.params.frame_age)),
+            health=freeze(health.states(x.now)),
             rate=freeze(health.rates()), delay=freeze(health.delays()),
             background=self._perception.background.view(x.now),
             notice=self.wishes.notice, advice=x.arm.advice or self._guard.advice or command.reason,

@@ -42,6 +42,7 @@ APP = Path(__file__).parent
 OPTIONS = {"nopython": True, "nogil": False, "fastmath": False}
 NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
 IMPORT = re.compile(r"^\s*(?:from|import) ([\w.]+)(?: import (\([^)]*\)|.*))?", re.M)
+REMEMBERED = 16  # tuples of arguments, of each kernel
 P = ParamSpec("P")
 R = TypeVar("R")
 Progress = Callable[[int, int, str], None]  # number, of how many, name
@@ -80,6 +81,20 @@ class Kernel(_Dispatcher):
         super().__init__(function, targetoptions=dict(OPTIONS))
         self._numbers = [NUMBERS.get(kind) for kind in function.__annotations__.values()]
         self._version: tuple[Any, ...] = ()
+        self._tuples: dict[int, tuple[Any, Any]] = {}  # id: the tuple and its type, oldest first
+
+    def typeof_pyval(self, value: Any) -> Any:
+        """numba's, which looks at every array of a tuple in every call, 0.6 us each; a tuple is
+        what it was, so those seen last are remembered."""
+        if not isinstance(value, tuple):
+            return super().typeof_pyval(value)
+        seen = self._tuples.pop(id(value), None)
+        if seen is None or seen[0] is not value:
+            seen = value, super().typeof_pyval(value)
+            if len(self._tuples) >= REMEMBERED:
+                del self._tuples[next(iter(self._tuples))]
+        self._tuples[id(value)] = seen
+        return seen[1]
 
     def compile(self, signature: Any) -> Any:
         """numba's, with the numbers of the annotation."""

@@ -4,13 +4,13 @@ All are frozen, and their arrays are read-only once they leave the room that mad
 (`freeze`). Lengths are metres, angles radians, times seconds on the runtime's clock, poses
 4x4 matrices `T_a_b` (b expressed in a). `base` is the robot's base frame.
 
-Fixed slots: zone j of sensor k is row 64 * k + j in every array of a `Cloud`, from the
-frame to the page. A 4x4 sensor uses the first 16 of its 64 slots.
+Slots: the zones of all sensors stand one after the other in every array of a `Cloud`, from the
+frame to the page; zone j of sensor k is row `Skin.first[k] + j`.
 """
 
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 from app.config import Params
 
 Array = NDArray[np.float64]
-SLOTS = 64  # zones of one sensor in every array, used or not
 
 
 def freeze(array: NDArray[Any]) -> NDArray[Any]:
@@ -32,12 +31,12 @@ def freeze(array: NDArray[Any]) -> NDArray[Any]:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SensorFrame:
-    """One measurement of one multi-zone time-of-flight sensor.
+    """One measurement of one time-of-flight sensor, as many values as its type has zones.
 
-    distance: (64,) [m] perpendicular depth along the optical axis, not the ray's length
-              (UM3109; see `app.robot.skin`); junk where `targets` is 0.
-    status:   (64,) uint8, the maker's target status: 5 valid, 9 merged, 255 no target.
-    targets:  (64,) uint8, number of targets seen in the zone.
+    distance: (n,) [m] as the sensor reports it: depth along the optical axis or length of the
+              zone's ray (see `app.robot.skin`); junk where `targets` is 0.
+    status:   (n,) uint8, the maker's target status; its type says what it is worth.
+    targets:  (n,) uint8, number of targets seen in the zone.
     stamp:    when it was measured [s]; it arrives later.
     """
 
@@ -59,7 +58,7 @@ class SensorHealth(IntEnum):
     STALE = 4  # has spoken, but not within the allowed age
     FROZEN = 5  # speaks, but repeats the same values over and over
     SATURATED = 6  # most of its zones see something right at the lens: covered or dirty
-    SLOW = 7  # speaks at less than half of the rate it should
+    SLOW = 7  # speaks at less than half of the rate that its type has
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,19 +84,19 @@ class Verdict(IntEnum):
     NO_TARGET = 5  # the sensor saw nothing; its distance is junk
     OUT_OF_RANGE = 6  # nearer or farther than the accepted range
     STALE = 7  # the frame is older than the allowed age
-    EMPTY = 8  # no frame has come yet, or the slot has no zone
+    EMPTY = 8  # no frame has come yet
     GHOST = 9  # nearer than what was seen before, by one zone in one frame only: not yet believed
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cloud:
-    """Every zone of the skin with its verdict (S = 64 * number of sensors).
+    """Every zone of the skin with its verdict (S zones, K sensors).
 
     points:  (S, 3) [m] base frame; NaN where the zone has no distance.
     verdict: (S,) uint8 of `Verdict`.
     link:    (S,) int16, body link in the ray's way, -1 if none.
-    gap:     (S,) [m] depth of the body minus depth measured, positive = the measured
-             point lies before the body; +inf if no body is in the way.
+    gap:     (S,) [m] what the body would have returned less what was measured, as the sensor
+             reports it; positive = the point lies before the body, +inf if none is in the way.
     eps:     (S,) [m] threshold that `gap` was compared with; NaN where it was not.
     stamp:   (K,) [s] time of each sensor's newest frame, -inf before the first.
     """
@@ -156,22 +155,6 @@ class Pairs:
     def measured(self, row: int) -> int:
         """The measured pair that a row follows; -1 of none, and of row -1."""
         return row if self.source is None or row < 0 else int(self.source[row])
-
-
-@dataclass(frozen=True, slots=True)
-class Needs:
-    """What a controller wants of perception.
-
-    pairs: the closest of every link, several of every link, or that of every sensor's mount.
-    reach: [m] up to where pairs are followed.   ages: how old is each measurement?
-    as_published: as the paper perceives: one ray a zone, points behind the body stay, nothing is
-                  remembered, doubted, steadied, held on to or known to move.
-    """
-
-    pairs: Literal["links", "several", "mounts"]
-    reach: float
-    ages: bool = False
-    as_published: bool = False
 
 
 # --- control ------------------------------------------------------------------------------

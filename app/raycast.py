@@ -28,15 +28,15 @@ _DEVICE = rtcore.EmbreeDevice()  # one for all: with a thousand of its own the p
 class Beams(NamedTuple):
     """Rays of m sensors, base frame; those of one sensor begin at one point.
 
-    origin: (m, 3) [m].   axis: (m, 3) unit.   half_angle: [rad] of the cone round the axis that
-            holds all rays of a sensor.
+    origin: (m, 3) [m].   axis: (m, 3) unit.   half_angle: (m,) [rad] of the cone round the axis
+            that holds all rays of a sensor.
     first:  (m + 1,) int64: rays first[b] to first[b + 1] are those of sensor b.
     direction: (n, 3) unit.
     """
 
     origin: Array
     axis: Array
-    half_angle: float
+    half_angle: Array
     first: NDArray[np.int64]
     direction: Array
 
@@ -153,7 +153,7 @@ def _rays_entering(
                 continue
             _into(T, beams.origin[b] - T[:3, 3], origin)
             _into(T, beams.axis[b], axis)
-            if not _in_cone(shapes.centre[i] - origin, shapes.radius[i], axis, beams.half_angle):
+            if not _in_cone(shapes.centre[i] - origin, shapes.radius[i], axis, beams.half_angle[b]):
                 continue
             begin, end = beams.first[b], beams.first[b + 1]
             if found + end - begin > len(ray):

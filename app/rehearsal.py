@@ -12,8 +12,9 @@ from app.brain import Brain
 from app.cell.parts import Cell
 from app.compiled import Progress, told
 from app.config import MODES, Params, change, tunables
-from app.messages import SLOTS, Goal, JointState, SensorFrame, freeze
+from app.messages import Goal, JointState, SensorFrame, freeze
 from app.robot.model import Robot
+from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
 from app.tick import ArmReport, Inputs, SourceReport
 
@@ -67,13 +68,20 @@ def _aside(robot: Robot) -> Goal:
 
 def _inputs(robot: Robot, skin: Skin, stamp: float, depth: float) -> Inputs:
     still = freeze(np.zeros(robot.n))
-    full = (np.full(SLOTS, 5, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8))
     frames = tuple(
-        SensorFrame(k, stamp, 0, np.full(SLOTS, depth), *full) for k in range(skin.count)
+        _full_frame(k, sensor.type, stamp, depth) for k, sensor in enumerate(skin.sensors)
     )
     joints = JointState(stamp, freeze(robot.home.copy()), still)
     everybody = SourceReport(np.ones(skin.count, dtype=bool))
     return Inputs(0, stamp, 0.004, 0.0, joints, still, ArmReport(), frames, everybody)
+
+
+def _full_frame(k: int, kind: SensorType, stamp: float, depth: float) -> SensorFrame:
+    """A frame in which every zone sees something at `depth` [m]."""
+    status, targets = np.full((2, kind.zones), 1, dtype=np.uint8)
+    return SensorFrame(
+        k, stamp, 0, np.full(kind.zones, depth), status * np.uint8(kind.status.valid), targets
+    )
 
 
 def _seldom(brain: Brain, stamp: float) -> None:

@@ -46,7 +46,7 @@ def bound_by(robot, bound, posture, pairs, params, previous=None, dt=1e6):
     no velocity breaks it, and by default none is eased in.
     """
     wide, before = np.full(robot.n, np.inf), np.zeros(robot.n) if previous is None else previous
-    step = Step(-wide, wide, before, params.speed * robot.qd_max, robot.qdd_max, dt)
+    step = Step(-wide, wide, before, params.joint_speed * robot.qd_max, robot.qdd_max, dt)
     now = Situation(
         posture, JointState(0.0, posture.q, before), pairs, None, params, dt, 1.0, before
     )  # fmt: skip

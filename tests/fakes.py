@@ -1,9 +1,12 @@
 """Small stand-ins that tests share: frames and clouds made by hand."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from app.messages import Cloud, SensorFrame, Verdict
 from app.raycast import MISS, Beams, Hits
+from app.robot.skin import build_skin
 
 
 def cloud_of(points, verdict=None):
@@ -20,15 +23,15 @@ def cloud_of(points, verdict=None):
     )
 
 
-def frame(sensor=0, stamp=0.0, distance=1.0, status=5, targets=1, sequence=0):
-    """A frame with the same value in every zone, or with an array of 64."""
+def frame(sensor=0, stamp=0.0, distance=1.0, status=5, targets=1, sequence=0, zones=64):
+    """A frame of so many zones with the same value in every zone, or with an array of them."""
     return SensorFrame(
         sensor,
         stamp,
         sequence,
-        np.array(np.broadcast_to(distance, 64), dtype=np.float64),
-        np.array(np.broadcast_to(status, 64), dtype=np.uint8),
-        np.array(np.broadcast_to(targets, 64), dtype=np.uint8),
+        np.array(np.broadcast_to(distance, zones), dtype=np.float64),
+        np.array(np.broadcast_to(status, zones), dtype=np.uint8),
+        np.array(np.broadcast_to(targets, zones), dtype=np.uint8),
     )
 
 
@@ -38,6 +41,11 @@ def first_hits(world, origins, directions):
     hits = Hits(np.full(n, MISS), np.full(n, -2, dtype=np.int16))
     first = np.arange(n + 1, dtype=np.int64)
     origins, directions = map(np.ascontiguousarray, (origins, directions))
-    world.end_rays(Beams(origins, directions, 0.0, first, directions), hits)
+    world.end_rays(Beams(origins, directions, np.zeros(n), first, directions), hits)
     assert np.array_equal(hits.label == -1, np.isfinite(hits.length))
     return hits.length
+
+
+def retyped(skin, kind, robot):
+    """The skin with sensors of another type at the same places."""
+    return build_skin(skin.title, tuple(replace(s, type=kind) for s in skin.sensors), robot)

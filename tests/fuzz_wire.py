@@ -25,7 +25,7 @@ from app.sensing.wire.raw import RawFrame
 KEPT = 5000  # bytes and numbers that a decoder may hold between two chunks
 SIZES = (7, 64, 209, 210, 1 << 16)
 RISING = np.arange(64, dtype=np.int16) * 30 + 100
-WHOLE = RawFrame(7, 41, 123_456_789, 8, RISING, np.full(64, 5, dtype=np.uint8), 30)
+WHOLE = RawFrame(7, 41, 123_456_789, (8, 8), RISING, np.full(64, 5, dtype=np.uint8), 30)
 SAID = {name: style.encode(WHOLE) for name, style in FORMATS.items()}
 NAMES = (*FORMATS, "binary", "any", "stream")  # binary twice: its promise is the strongest
 counts = dict.fromkeys(("inputs", "bytes", "accepted", "refused"), 0)

@@ -7,30 +7,31 @@ import numpy as np
 from app.sensing.port import PortFacts
 from app.sensing.stream import Stream
 from app.sensing.wire import binary
-from app.sensing.wire.raw import RawFrame
+from app.sensing.wire.raw import USUAL, RawFrame
 
 
-def raw(sensor=0, sequence=0, t_us=0, distance=1000, status=5, resolution=8):
-    """A frame with the same value in every zone, or with arrays of 64."""
+def raw(sensor=0, sequence=0, t_us=0, distance=1000, status=5, grid=(8, 8)):
+    """A frame with the same value in every zone, or with arrays of all zones."""
+    n = grid[0] * grid[1]
     return RawFrame(
-        sensor, sequence % (1 << 16), t_us % (1 << 32), resolution,
-        np.array(np.broadcast_to(distance, 64), dtype=np.int16),
-        np.array(np.broadcast_to(status, 64), dtype=np.uint8), 25,
+        sensor, sequence % (1 << 16), t_us % (1 << 32), grid,
+        np.array(np.broadcast_to(distance, n), dtype=np.int16),
+        np.array(np.broadcast_to(status, n), dtype=np.uint8), 25,
     )  # fmt: skip
 
 
 class HandPort:
     """What a port's reader does, done by the test: bytes in, frames out, plugs pulled."""
 
-    def __init__(self, name="/dev/hand", format_name=""):
+    def __init__(self, name="/dev/hand", format_name="", grids=USUAL):
         self.name = name
-        self._format = format_name
+        self._format, self._grids = format_name, grids
         self._taken = []
         self.closed = False
         self.plug()
 
     def plug(self):
-        self.stream = Stream(self._format)
+        self.stream = Stream(self._format, self._grids)
         self.open, self.error = True, ""
         self.heard = self.spoke = -inf
 

@@ -11,6 +11,7 @@ from app.cli import main
 from app.errors import RobotError
 from app.robot.descriptions import find_description
 from app.robot.model import find_robot, load_robot, load_urdf
+from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, build_skin
 from app.robot.tables import Bodies, Choice
 from app.sensing.error_model import ErrorModel
@@ -280,7 +281,9 @@ def test_a_sensor_sees_what_is_bolted_to_its_link_where_it_is(crane):
     T = np.eye(4)
     T[:3, :3] = np.array([[0, 0, -1], [1, 0, 0], [0, -1, 0]])  # z: back to the link's axis
     T[:3, 3] = [0.5, 0.0, 0.45]  # before the middle of the plate, which stands on the lift
-    skin = build_skin("back", (Sensor("back", "lift_link", T, 8, 0, False),), robot)
+    skin = build_skin(
+        "back", (Sensor("back", "lift_link", T, load_sensor_type("vl53l8cx"), 0, False),), robot
+    )
     eye = SimulatedSkin(robot, skin, World(()), 0, ErrorModel(ideal=True))
     label = eye.read(0, robot.posture(robot.home)).label.reshape(8, 8)
     assert (label[3:5, 3:5] == robot.link_index("plate_link")).all()

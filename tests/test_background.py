@@ -5,18 +5,18 @@ import pytest
 
 from app.cell.learned import EDGE, Learned, cubes_at
 from app.cell.parts import Cell, HalfSpace
-from app.config import Params
 from app.errors import SensorError
 from app.messages import Verdict
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
+from app.perception.rules import Rules
 from app.perception.static_filter import StaticFilter
 from app.sensing.simulated import SimulatedSkin
 from app.world.scene import load_scene
 from app.world.world import World
 from tests.fakes import frame
 
-P = Params()
+P = Rules()
 WALL = np.array([[1.0, 0.0, 0.0], [1.0, 0.3, 0.0]])
 
 
@@ -26,16 +26,16 @@ def kept(robot, skin, eye, cloud, begin, seconds):
     for i in range(round(seconds * 75)):
         t = begin + i / 75
         for f in eye.poll(t, posture):
-            cloud.take([f], posture, P)
+            cloud.add_frames([f], posture, P)
         cloud.background.finish(t)
-    return cloud.view(t, P).kept()
+    return cloud.view(t).kept()
 
 
 def learn(background, points, begin=0.0, seconds=1.0):
     """Learn from frames of the same points (n, 3)."""
     background.learn(begin, seconds)
     for i in range(round(15 * seconds)):
-        background.take(points, begin + i / 15)
+        background.count_points(points, begin + i / 15)
     assert background.finish(begin + seconds)
 
 
@@ -61,7 +61,7 @@ def test_who_walks_through_while_learning_is_not_learned():
     background.learn(0.0, 2.0)
     for i in range(30):
         walker = np.array([[0.5, 0.03 * i, 0.0]])
-        background.take(np.concatenate((WALL, walker)), i / 15)
+        background.count_points(np.concatenate((WALL, walker)), i / 15)
     assert not background.finish(1.9)
     assert background.finish(2.0) and not background.finish(2.1)
     assert np.array_equal(background.preview.cells, cubes_at(WALL))
@@ -144,11 +144,11 @@ def test_static_points_of_the_background_have_their_verdict(robot, skin):
     posture = robot.posture(robot.home)
     cloud.background.learn(0.0, 1.0)
     for i in range(16):
-        cloud.take([frame(15, i / 15, 1.5)], posture, P)
+        cloud.add_frames([frame(15, i / 15, 1.5)], posture, P)
     cloud.background.finish(1.1)
-    cloud.take([frame(15, 1.2, 1.5)], posture, P)
-    assert set(cloud.view(1.2, P).verdict[64 * 15 : 64 * 16]) == {Verdict.KEPT}
+    cloud.add_frames([frame(15, 1.2, 1.5)], posture, P)
+    assert set(cloud.view(1.2).verdict[64 * 15 : 64 * 16]) == {Verdict.KEPT}
     cloud.background.keep()
     cloud.static_filter.know(cloud.background.known)
-    cloud.take([frame(15, 1.3, 1.5)], posture, P)
-    assert set(cloud.view(1.3, P).verdict[64 * 15 : 64 * 16]) == {Verdict.STATIC}
+    cloud.add_frames([frame(15, 1.3, 1.5)], posture, P)
+    assert set(cloud.view(1.3).verdict[64 * 15 : 64 * 16]) == {Verdict.STATIC}

@@ -6,9 +6,9 @@ import trimesh
 
 from app.bench.exactness import filter_disagreements, worst_distance
 from app.bench.perception import make_scene
-from app.config import Params
 from app.judge.reference import first_hit, nearest_of, signed_distance
 from app.perception.calibration import LEAST, suggest
+from app.perception.rules import Rules
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_the_reference_ray_hits_a_ball_and_misses_beside_it(ball):
 def test_no_verdict_differs_from_float64(robot, skin):
     scene = make_scene(robot, skin, 0, 2)
     for nine, postures in ((False, scene), (True, scene[:1])):
-        wrong, compared = filter_disagreements(robot, skin, postures, Params(footprint=nine))
+        wrong, compared = filter_disagreements(robot, skin, postures, Rules(footprint=nine))
         assert wrong == 0 and compared > 250
 
 
@@ -49,7 +49,7 @@ def test_a_suggested_threshold_covers_nearly_all_self_returns():
     link = np.zeros(5000, dtype=np.int16)
     edge = np.arange(5000) < 2500
     gap[edge] *= 2.0
-    first, second = suggest(("a", "b"), link, gap, np.full(5000, 0.01), edge, 0.0)
+    first, second = suggest(("a", "b"), link, gap, np.zeros(5000), edge)
     assert 0.010 < first.eps < 0.016 and np.mean(gap[~edge] > first.eps) <= 0.001
     assert 0.020 < first.edge < 0.032 and np.mean(gap[edge] > first.edge) <= 0.001
     assert first.histogram.sum() > 4990

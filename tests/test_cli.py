@@ -41,8 +41,13 @@ def test_broken_toml_is_one_line(capsys, tmp_path):
     file.write_text("title = [")
     assert "not valid TOML" in refused(capsys, "run", "--scene", str(file), "--headless")
     assert "not valid TOML" in refused(capsys, "run", "--config", str(file), "--headless")
-    file.write_text("d_mim = 0.2")
-    assert "d_min" in refused(capsys, "run", "--config", str(file), "--headless")
+    file.write_text("distance_kpet = 0.2")
+    assert "distance_kept" in refused(capsys, "run", "--config", str(file), "--headless")
+
+
+def test_a_flag_of_before_says_what_it_is_called_now(capsys):
+    assert "distance_kept" in refused(capsys, "run", "--d-s", "0.3", "--headless")
+    assert "joint_speed" in refused(capsys, "run", "--speed=0.3", "--headless")
 
 
 def test_an_unreadable_replay_is_one_line(capsys):

@@ -17,8 +17,8 @@ from app.sensing.wire.detect import FORMATS
 from app.timing import ManualClock, WallClock
 from app.virtual.skin.emulate import (
     Emulation,
-    Line,
     RecordedFrames,
+    Transmitter,
     emulate,
     raw_frame,
     send_frames,
@@ -56,7 +56,7 @@ def heard(skin, faults, seconds=10.0, sensors=(3, 4), seed=0):
     clock, spool = ManualClock(), Spool()
     wire = FaultyWire(faults, clock.now(), seed)
     encode = FORMATS["binary"].encode
-    send_frames(Chorus(sensors), skin, Line(encode, wire, spool), clock, 1 / 15, seconds)
+    send_frames(Chorus(sensors), skin, Transmitter(encode, wire, spool), clock, 1 / 15, seconds)
     decoder = FORMATS["binary"].decoder()
     return decoder.feed(b"".join(spool.packets)), decoder
 
@@ -146,7 +146,7 @@ def test_a_recording_is_said_by_every_sensor_again_and_again(skin, robot, tmp_pa
     source = RecordedFrames(recording, skin, (2, 7), robot.posture(robot.home))
     seen = [f for i in range(200) for f in source.poll(i * 0.005)]
     for k in (2, 7):
-        own = [raw_frame(f, 8, 0) for f in seen if f.sensor == k]
+        own = [raw_frame(f, (8, 8), 0) for f in seen if f.sensor == k]
         assert [f.sequence for f in own] == list(range(len(own))) and len(own) > 9
         assert [int(f.distance[0]) for f in own[:4]] == [500, 567, 633, 500]
         assert own[0].status[63] == 255
@@ -155,7 +155,7 @@ def test_a_recording_is_said_by_every_sensor_again_and_again(skin, robot, tmp_pa
 def test_a_4x4_sensor_says_16_zones(robot):
     sparse = load_skin(robot.folder / "skin/sparse-4x4.toml", robot)
     small, _ = heard(sparse, Faults(), 1.0, sensors=(0,))
-    assert small[0].resolution == 4 and (small[0].status[16:] == 255).all()
+    assert small[0].grid == (4, 4) and len(small[0].status) == 16
 
 
 @pytest.mark.parametrize("name", sorted(FORMATS))

@@ -189,10 +189,12 @@ def some(count, seed=0):
             distance, status = np.zeros(64), np.zeros(64)
         elif kind == 1:
             distance = rng.choice([0, 1, 256, -1, 32767, -32768], 64)
+        n = int(rng.choice([4, 8]))
+        distance, status = distance[: n * n], status[: n * n]
         out.append(
             RawFrame(
                 int(rng.integers(256)), int(rng.integers(1 << 16)), int(rng.integers(1 << 31)),
-                int(rng.choice([4, 8])), distance.astype(np.int16), status.astype(np.uint8),
+                (n, n), distance.astype(np.int16), status.astype(np.uint8),
                 int(rng.integers(-128, 128)),
             )
         )  # fmt: skip
@@ -200,8 +202,9 @@ def some(count, seed=0):
 
 
 def numbers(f):
-    head = (f.sensor, f.resolution, f.sequence, f.t_us, f.temperature)
-    return [*head, *f.distance.tolist(), *f.status.tolist()]
+    head = (f.sensor, f.grid[0], f.sequence, f.t_us, f.temperature)
+    unused = 64 - len(f.distance)  # a board has room for 64 zones
+    return [*head, *f.distance.tolist(), *[0] * unused, *f.status.tolist(), *[255] * unused]
 
 
 def test_the_boards_frames_are_byte_for_byte_the_hosts(host):

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Cell
-from app.config import Params
 from app.perception.cloud import SkinCloud
 from app.perception.memory import CAPACITY, Memory
+from app.perception.rules import Rules
 from app.robot.skin import build_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
@@ -18,7 +18,7 @@ from app.world.shapes import make_shape
 from app.world.world import Body, World
 from tests.fakes import frame
 
-P = Params()
+P = Rules()
 
 
 class Scene:
@@ -37,8 +37,8 @@ class Scene:
             if world_time:
                 self.world.step(self.t)
             for f in self.eye.poll(self.t, posture):
-                self.cloud.take([f], posture, P)
-                view = self.cloud.view(self.t, P)
+                self.cloud.add_frames([f], posture, P)
+                view = self.cloud.view(self.t)
                 self.memory.update(view, np.array([f.sensor]), posture)
             self.memory.age(self.t, posture)
 
@@ -106,7 +106,7 @@ def test_a_plate_that_stays_is_not_carved_by_noise(robot, beside):
 def test_the_mean_of_a_wall_is_not_thickened_towards_the_robot(robot, skin):
     world = World(())
     world.add("wall", BACK, (0.3, 0.8, 0.5))
-    errors = ErrorModel(zone_bias=0.0, near_offset=0.0)
+    errors = ErrorModel(bias=0.0)
     scene = Scene(robot, skin, world, errors)
     scene.run(3.0, robot.home)
     points = scene.memory.points[scene.memory.use]
@@ -141,11 +141,11 @@ def test_a_point_seen_once_is_not_remembered(robot, skin):
     d = np.full(64, 1.5)
     status = np.full(64, 255)
     d[27], status[27] = 0.5, 5
-    blind = replace(P, ghost_filter=False)
+    blind = P._replace(doubts_ghosts=False)
     for i in range(2):
         one = frame(15, i / 15, d, status=status, targets=(status == 5).astype(int))
-        cloud.take([one], posture, blind)
-        memory.update(cloud.view(i / 15, blind), np.array([15]), posture)
+        cloud.add_frames([one], posture, blind)
+        memory.update(cloud.view(i / 15), np.array([15]), posture)
         assert memory.use.sum() == i  # the second look confirms it
 
 
@@ -164,7 +164,7 @@ def test_the_memory_is_bounded(robot, skin):
     rng = np.random.default_rng(2)
     cloud, memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
     posture = robot.posture(robot.home)
-    view = cloud.view(0.0, P)
+    view = cloud.view(0.0)
     for i in range(900):
         points = rng.uniform(-1.0, 1.0, (len(view.points), 3))
         crowd = replace(
@@ -192,12 +192,12 @@ def test_carving_follows_the_mounting_of_the_sensor(robot, skin, rotation, mirro
                 d[zone], status[zone] = 0.5, 5
             else:
                 status[looker] = 5
-            cloud.take([frame(15, i / 15, d, status=status)], posture, P)
-            memory.update(cloud.view(i / 15, P), np.array([15]), posture)
+            cloud.add_frames([frame(15, i / 15, d, status=status)], posture, P)
+            memory.update(cloud.view(i / 15), np.array([15]), posture)
         rows = memory.points[memory.use]
         return len(rows[np.linalg.norm(rows - posture.T_base_link[3, :3, 3], axis=1) < 1.0])
 
-    P = Params(ghost_filter=False)
+    P = Rules(doubts_ghosts=False)
     for zone in (0, 10, 29, 63):
         assert left(zone, zone) == 0
         assert all(left(zone, z) == 1 for z in (0, 7, 10, 29, 34, 56, 63) if z != zone)
@@ -216,13 +216,13 @@ def test_what_nobody_has_looked_at_again_is_not_forgotten(robot, skin, beside):
 def remembered_later(robot, skin, depth, then):
     """Is a point that one zone saw twice remembered 5 s later, `then` being the zone's status?"""
     cloud, memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
-    posture, blind = robot.posture(robot.home), Params(ghost_filter=False)
+    posture, blind = robot.posture(robot.home), Rules(doubts_ghosts=False)
     for i in range(75):
         d, status, targets = np.full(64, depth), np.full(64, 4), np.ones(64, dtype=np.uint8)
         status[27] = 5 if i < 2 else then
         targets[27] = status[27] != 255
-        cloud.take([frame(15, i / 15, d, status=status, targets=targets)], posture, blind)
-        memory.update(cloud.view(i / 15, blind), np.array([15]), posture)
+        cloud.add_frames([frame(15, i / 15, d, status=status, targets=targets)], posture, blind)
+        memory.update(cloud.view(i / 15), np.array([15]), posture)
         for _ in range(8):
             memory.age(i / 15, posture)
         assert memory.use.sum() == 1 or i != 2

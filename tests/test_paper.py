@@ -6,7 +6,7 @@ from app.actions import SetParams
 from app.config import Params
 from app.control.registry import kinds
 from app.messages import Verdict
-from app.perception.perception import as_published
+from app.perception.rules import Rules, rules_of
 from app.studies.tradeoff import Point, run_point
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
@@ -22,9 +22,10 @@ def test_before_the_side_plate_the_strict_method_touches_and_the_improved_one_do
 
 def test_only_the_paper_asks_for_strictness_and_it_is_perception_that_knows_what_that_is():
     assert {k.name for k in kinds().values() if k.needs(Params()).as_published} == {"paper"}
-    strict = as_published(Params(d_min=0.15))
-    assert strict.two_sided and not (strict.footprint or strict.ghost_filter)
-    assert not (strict.memory or strict.obstacle_speed) and strict.d_min == 0.15
+    strict = rules_of(Params(), as_published=True)
+    assert strict.two_sided and not (strict.footprint or strict.doubts_ghosts)
+    assert not (strict.memory or strict.obstacle_speed)
+    assert rules_of(Params(), as_published=False) == Rules()
 
 
 def test_what_the_paper_is_told_is_measured_now_and_nothing_else():

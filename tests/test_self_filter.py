@@ -2,23 +2,24 @@
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 import pytest
 
 from app.cell.parts import Box, Cell
-from app.config import Params
 from app.messages import SensorHealth, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.health import SkinHealth
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.perception.static_filter import StaticFilter
-from app.robot.skin import range_noise
+from app.robot.skin import build_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
-from tests.fakes import frame
+from tests.fakes import frame, retyped
 
-P = Params()
+P = Rules()
 NO_CELL = Cell()
 
 
@@ -45,10 +46,10 @@ def test_verdicts_agree_with_the_true_label_away_from_boundaries(robot, skin):
         depth = np.array([r.depth for r in readings])
         label = np.array([r.label for r in readings])
         pure = np.array([r.pure for r in readings])
-        finite = depth > P.range_min  # nearer, the range check has the word
+        finite = depth > 0.02  # nearer, the range check has the word
         finite &= np.isfinite(depth)
         d = np.where(finite, depth, 1.0)
-        judged = judge.judge(np.arange(skin.count), d, posture, P)
+        judged = shaped(judge.judge(np.arange(skin.count), d.ravel(), posture, P))
         # farther than 2 eps from a boundary between labels: by depth to the body in the ray's
         # way, and sideways, the zone and its neighbours see one label only
         near = np.abs(judged.gap) < 2 * judged.eps
@@ -66,6 +67,11 @@ def test_verdicts_agree_with_the_true_label_away_from_boundaries(robot, skin):
         own += is_self.sum()
     assert own > 2000 and total > 10000
     assert right / total >= 0.995
+
+
+def shaped(judged):
+    """A judgement of 8x8 sensors by sensor and zone."""
+    return judged._make(part.reshape(-1, 64) for part in judged)
 
 
 def slow_hits(robot, posture, origin, direction):
@@ -91,11 +97,11 @@ def slow_hits(robot, posture, origin, direction):
 def test_the_gap_equals_a_float64_ray_cast(robot, skin):
     rng = np.random.default_rng(10)
     judge = SelfFilter(robot, skin)
-    one_ray = replace(P, footprint=False)
+    one_ray = P._replace(footprint=False)
     compared = 0
     for posture in postures(robot, 60, 11):
         depth = rng.uniform(0.1, 1.5, (skin.count, 64))
-        gap = judge.judge(np.arange(skin.count), depth, posture, one_ray).gap
+        gap = shaped(judge.judge(np.arange(skin.count), depth.ravel(), posture, one_ray)).gap
         # half of the zones look at the body, so that a hit is compared as often as a miss
         facing = np.argwhere(np.isfinite(gap))
         anyone = rng.integers([0, 0], [skin.count, 64], (10, 2))
@@ -119,8 +125,10 @@ def facing(robot, skin):
     q[2] = 2.6
     posture = robot.posture(q)
     everywhere = np.full((skin.count, 64), 0.3)
-    judged = SelfFilter(robot, skin).judge(
-        np.arange(skin.count), everywhere, posture, replace(P, footprint=False)
+    judged = shaped(
+        SelfFilter(robot, skin).judge(
+            np.arange(skin.count), everywhere.ravel(), posture, P._replace(footprint=False)
+        )
     )
     link, gap = judged.link, judged.gap
     upper = robot.link_index("upper_arm_link")
@@ -129,11 +137,11 @@ def facing(robot, skin):
     return posture, int(k), int(z), float(gap[k, z] + 0.3)
 
 
-def verdict_at(robot, skin, facing, offset, params=P):
+def verdict_at(robot, skin, facing, offset, rules=P):
     posture, k, z, depth = facing
     cloud = SkinCloud(robot, skin, Cell())
-    cloud.take([frame(k, 0.0, depth + offset)], posture, params)
-    view = cloud.view(0.0, params)
+    cloud.add_frames([frame(k, 0.0, depth + offset)], posture, rules)
+    view = cloud.view(0.0)
     return Verdict(view.verdict[64 * k + z]), view, 64 * k + z
 
 
@@ -141,7 +149,7 @@ def test_a_return_from_the_body_is_self_with_link_gap_and_threshold(robot, skin,
     verdict, view, slot = verdict_at(robot, skin, facing, 0.0)
     assert verdict is Verdict.SELF
     assert robot.links[view.link[slot]] == "upper_arm_link"
-    assert abs(view.gap[slot]) < 0.01 and view.eps[slot] >= P.eps_min
+    assert abs(view.gap[slot]) < 0.01 and view.eps[slot] >= 0.03
 
 
 def test_an_obstacle_before_the_body_is_kept(robot, skin, facing):
@@ -150,24 +158,24 @@ def test_an_obstacle_before_the_body_is_kept(robot, skin, facing):
 
 def test_a_point_behind_the_body_is_impossible_unless_the_paper_is_followed(robot, skin, facing):
     assert verdict_at(robot, skin, facing, 0.30)[0] is Verdict.BEHIND
-    paper = replace(P, two_sided=True, footprint=False)
+    paper = P._replace(two_sided=True, footprint=False)
     assert verdict_at(robot, skin, facing, 0.30, paper)[0] is Verdict.KEPT
     assert verdict_at(robot, skin, facing, 0.0, paper)[0] is Verdict.SELF
 
 
 def test_the_threshold_grows_with_the_noise_of_the_range(robot, skin):
-    depth = np.full((1, 64), 3.0)
+    depth = np.full(skin.slots, 3.0)
     eps = SelfFilter(robot, skin).judge(np.array([0]), depth, robot.posture(robot.home), P).eps
-    assert eps[0, 0] == pytest.approx(P.eps_base + P.eps_sigmas * range_noise(np.array(3.0)))
+    assert eps[0] == pytest.approx(0.02 + 3.0 * 0.0065 * 3.0)
 
 
 # --- the other verdicts -------------------------------------------------------------------
 
 
-def judged(robot, skin, params=P, cell=NO_CELL, now=0.0, **kind):
+def judged(robot, skin, rules=P, cell=NO_CELL, now=0.0, **kind):
     cloud = SkinCloud(robot, skin, cell)
-    cloud.take([frame(15, 0.0, **kind)], robot.posture(robot.home), params)
-    return cloud.view(now, params)
+    cloud.add_frames([frame(15, 0.0, **kind)], robot.posture(robot.home), rules)
+    return cloud.view(now)
 
 
 def only(view, sensor=15):
@@ -185,9 +193,11 @@ def test_each_reason_to_refuse_a_zone_has_its_verdict(robot, skin):
     assert only(judged(robot, skin), sensor=16) == {Verdict.EMPTY}
 
 
-def test_unconfirmed_targets_are_trusted_when_asked_for(robot, skin):
-    trusting = replace(P, accept_unconfirmed=True)
-    assert Verdict.BAD_STATUS not in only(judged(robot, skin, trusting, status=10, distance=0.5))
+def test_unconfirmed_targets_are_trusted_where_the_type_says_so(robot, skin):
+    said = skin.sensors[0].type
+    status = msgspec.structs.replace(said.status, trusted=(5, 9, 10))
+    trusting = retyped(skin, msgspec.structs.replace(said, status=status), robot)
+    assert Verdict.BAD_STATUS not in only(judged(robot, trusting, status=10, distance=0.5))
 
 
 def test_a_zone_without_a_target_has_no_point(robot, skin):
@@ -215,30 +225,31 @@ def test_a_turned_box_holds_what_is_inside_it():
 def test_a_frame_is_placed_where_the_arm_was_when_it_was_measured(robot, skin):
     cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home + 0.3)
-    cloud.take([frame(0, 0.0, 0.5)], posture, P)
+    cloud.add_frames([frame(0, 0.0, 0.5)], posture, P)
     T = posture.T_base_link[skin.link[0]]
     expected = T[:3, :3] @ (skin.origin[0] + 0.5 * skin.reach[20]) + T[:3, 3]
-    assert cloud.view(0.0, P).points[20] == pytest.approx(expected)
+    assert cloud.view(0.0).points[20] == pytest.approx(expected)
 
 
 def test_an_older_frame_that_comes_late_does_not_replace_a_newer_one(robot, skin):
     cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home)
-    cloud.take([frame(0, 1.0, 0.5)], posture, P)
-    before = cloud.view(1.0, P).points[:64].copy()
-    cloud.take([frame(0, 0.9, 0.8)], posture, P)
-    assert np.array_equal(cloud.view(1.0, P).points[:64], before)
+    cloud.add_frames([frame(0, 1.0, 0.5)], posture, P)
+    before = cloud.view(1.0).points[:64].copy()
+    cloud.add_frames([frame(0, 0.9, 0.8)], posture, P)
+    assert np.array_equal(cloud.view(1.0).points[:64], before)
 
 
-def test_health_names_what_a_sensor_does():
-    health = SkinHealth(np.array([True, True, True, False]))
+def test_health_names_what_a_sensor_does(robot, skin):
+    health = SkinHealth(build_skin("four", skin.sensors[:4], robot))
+    health.connect(np.array([True, True, True, False]))
     for i in range(20):
         values = 1.0 + 0.001 * (i % 3)  # a sensor that repeats itself would be called frozen
         health.update([frame(0, i / 15, values), frame(1, i / 15, values, status=4)], i / 15)
-    states = health.states(19 / 15 + 0.1, 0.2)
+    states = health.states(19 / 15 + 0.1)
     assert [SensorHealth(s).name for s in states] == ["GOOD", "POOR", "WAITING", "ABSENT"]
     assert health.rates()[0] == pytest.approx(15.0)
-    assert SensorHealth(health.states(3.0, 0.2)[0]) is SensorHealth.STALE
+    assert SensorHealth(health.states(3.0)[0]) is SensorHealth.STALE
     assert health.silent(19 / 15 + 0.6, 0.5, 0.0) == 3
     assert health.heard_since(19 / 15) and not health.heard_since(19 / 15 + 0.01)
 
@@ -248,10 +259,10 @@ def test_a_link_with_a_calibrated_threshold_uses_it(robot, skin, facing):
     eps = np.full((len(robot.links), 2), np.nan)
     eps[robot.link_index("upper_arm_link")] = 0.004, 0.02
     calibrated = replace(robot, eps=eps)
-    tight = replace(P, eps_min=0.005, eps_sigmas=1.0, footprint=False)
-    before = np.full((1, 64), depth - 0.018)
+    one_ray = P._replace(footprint=False)
+    before = np.full(skin.slots, depth - 0.025)
     verdict = {
-        name: SelfFilter(r, skin).judge(np.array([k]), before, posture, tight)[0][0, z]
+        name: SelfFilter(r, skin).judge(np.array([k]), before, posture, one_ray)[0][64 * k + z]
         for name, r in (("general", robot), ("calibrated", calibrated))
     }
     assert verdict == {"general": Verdict.SELF, "calibrated": Verdict.KEPT}
@@ -260,18 +271,21 @@ def test_a_link_with_a_calibrated_threshold_uses_it(robot, skin, facing):
 def test_culled_rays_change_no_verdict(robot, skin):
     """Sensors judged alone and together, and boxes that hold everything, agree."""
     judge, blunt = SelfFilter(robot, skin), SelfFilter(robot, skin)
-    blunt._low, blunt._high = blunt._low - 100.0, blunt._high + 100.0
-    blunt._radius = blunt._radius + 100.0
+    hulls = blunt._hulls
+    blunt._hulls = hulls._replace(
+        low=hulls.low - 100.0, high=hulls.high + 100.0, radius=hulls.radius + 100.0
+    )
     rng = np.random.default_rng(12)
     everyone = np.arange(skin.count)
     for posture in postures(robot, 20, 13):
-        depth = rng.uniform(0.05, 1.5, (skin.count, 64))
-        one = replace(P, footprint=False)
+        depth = rng.uniform(0.05, 1.5, skin.slots)
+        one = P._replace(footprint=False)
         ours, theirs = (f.judge(everyone, depth, posture, one) for f in (judge, blunt))
         assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
         together = judge.judge(everyone, depth, posture, P)
-        alone = judge.judge(everyone[7:8], depth[7:8], posture, P)
-        assert all(np.array_equal(a[0], t[7]) for a, t in zip(alone, together, strict=True))
+        alone = judge.judge(everyone[7:8], depth, posture, P)
+        mine = skin.zones(7)
+        assert all(np.array_equal(a[mine], t[mine]) for a, t in zip(alone, together, strict=True))
 
 
 def test_rays_that_were_saved_would_not_have_found_the_robot(robot, skin):
@@ -280,11 +294,12 @@ def test_rays_that_were_saved_would_not_have_found_the_robot(robot, skin):
     everyone = np.arange(skin.count)
     saved = found = 0
     for posture in postures(robot, 20, 15):
-        body = judge.judge(everyone, np.full((skin.count, 64), 9.0), posture, P)
+        body = judge.judge(everyone, np.full(skin.slots, 9.0), posture, P)
         here = np.where(np.isfinite(body.gap), body.gap + 9.0, 0.5)  # at the body, or near it
         depth = np.maximum(here + rng.normal(scale=0.1, size=here.shape), 0.02)
         few = judge.judge(everyone, depth, posture, P)
-        blunt._low, blunt._high = judge._low - 100.0, judge._high + 100.0
+        hulls = judge._hulls
+        blunt._hulls = hulls._replace(low=hulls.low - 100.0, high=hulls.high + 100.0)
         every = blunt.judge(everyone, depth, posture, P)
         assert np.array_equal(few.verdict == Verdict.SELF, every.verdict == Verdict.SELF)
         saved += int((few.rays < every.rays).sum())

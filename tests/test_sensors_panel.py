@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 
 from app.actions import UseSensor
-from app.messages import SensorHealth
+from app.messages import SensorHealth, Verdict
+from app.robot.skin import load_skin
+from app.ui.colours import POINT, css
 from app.ui.panels.health_panel import HealthPanel, latency
-from app.ui.panels.sensors_panel import SensorsPanel
+from app.ui.panels.sensors_panel import SensorsPanel, zone_picture
+from tests import mixed_skin
 from tests.ui_page import serving
 
 
@@ -53,6 +56,33 @@ def test_the_buttons_switch_the_chosen_sensor(page, word):
     for callback in panel.switch._impl.update_cb:
         asyncio.run_coroutine_threadsafe(callback(event), server.get_event_loop()).result(5.0)
     assert posted == [UseSensor("ring2-03", word == "real")]
+
+
+def test_the_picture_of_a_sensors_zones_has_its_rows_and_columns_and_the_points_colours(
+    robot, tmp_path
+):
+    skin = load_skin(mixed_skin.write(tmp_path), robot)
+    verdict = np.full(skin.slots, Verdict.NO_TARGET, dtype=np.uint8)
+    verdict[skin.first[1] + 17] = Verdict.KEPT
+    snapshot = SimpleNamespace(cloud=SimpleNamespace(verdict=verdict))
+    for k, (grid, cells) in enumerate((("8x8", 64), ("16x16", 256), ("1x1", 1))):
+        picture = zone_picture(snapshot, skin, k)
+        assert f'data-zones="{grid}"' in picture and picture.count("<i ") == cells
+        assert picture.count(css(POINT[Verdict.KEPT])) == (k == 1)
+    cell = zone_picture(snapshot, skin, 1).split("<i ")[18]
+    assert css(POINT[Verdict.KEPT]) in cell and 'title="kept"' in cell
+
+
+def test_the_zones_are_sent_only_while_a_person_looks_at_them(page):
+    server, engine, _ = page
+    panel, seen = SensorsPanel(server, engine), told(1.0, None)
+    seen.cloud = SimpleNamespace(verdict=np.zeros(engine.skin.slots, dtype=np.uint8))
+    panel.update(seen)
+    assert panel.kind.value.startswith("ST VL53L8CX") and panel.zones.content == ""
+    panel.look._impl.value = True
+    seen.stamp = 2.0
+    panel.update(seen)
+    assert panel.zones.visible and 'data-zones="8x8"' in panel.zones.content
 
 
 def test_health_tells_the_latency_and_every_port(page):

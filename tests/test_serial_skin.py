@@ -6,6 +6,7 @@ import pytest
 from app.actions import SetGoal, SetMode, UseSensor
 from app.errors import SensorError
 from app.messages import JointState, Mode, SensorHealth
+from app.perception.rules import Rules
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
@@ -171,13 +172,12 @@ def test_a_board_that_was_reset_goes_on_and_is_told_of(cell):
 def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
     """The arm turns; a frame that comes 80 ms late is a point of where the arm was."""
     from app.brain import Brain
-    from app.config import Params
     from app.plant.plant import listen
     from app.tick import ArmReport, Inputs
 
     port = HandPort(format_name="binary")
     source = SerialSkin(skin, [port], [PortSpec(port.name)])
-    brain = Brain(robot, skin, params=Params(ghost_filter=False))
+    brain = Brain(robot, skin, params=Rules(doubts_ghosts=False))
     qd = np.array([0.5, 0, 0, 0, 0, 0])
     late, still = 0.08, np.zeros(6)
     for i in range(500):
@@ -242,7 +242,7 @@ def test_two_ports_that_speak_for_one_sensor_are_a_conflict(cell):
     ("frame", "says"),
     [
         (lambda s, n, t: raw(s + 200, n, t), "it sends sensor id 210, the layout has 30 sensors"),
-        (lambda s, n, t: raw(s, n, t, resolution=4), "reports 4x4 zones, the layout has 8x8"),
+        (lambda s, n, t: raw(s, n, t, grid=(4, 4)), "reports 4x4 zones, the layout has 8x8"),
     ],
 )
 def test_a_board_that_does_not_fit_the_layout_is_a_misfit(cell, frame, says):
@@ -265,7 +265,10 @@ def test_a_format_that_names_no_sensor_needs_one(skin, robot):
     (frame,) = named.poll(0.2, posture)
     assert frame.sensor == 4 and frame.stamp == 0.2 and frame.distance == pytest.approx(0.7)
     assert named.fault(0.2, 0.5, named.connected) == ""
-    assert "no status: 0 < d < 4000 mm counts as valid" in dict(named.inputs(0.2))["/dev/hand"]
+    assert (
+        "no status: what is within the sensor's range counts as valid"
+        in dict(named.inputs(0.2))["/dev/hand"]
+    )
 
 
 @pytest.mark.parametrize("claims", [RINGS, ((), (), ())], ids=["claimed", "unclaimed"])

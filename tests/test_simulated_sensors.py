@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
+from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, build_skin, zone_directions
-from app.sensing.error_model import FIRST, MERGED, NO_TARGET, UNCONFIRMED, VALID, ErrorModel
-from app.sensing.sight import FAR
+from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
 IDEAL = ErrorModel(ideal=True)
+VALID, MERGED, FIRST, UNCONFIRMED, NO_TARGET = 5, 9, 6, 10, 255  # UM3109
+FAR = 4.0  # [m] nothing is seen beyond (UM3109)
 
 
 @pytest.fixture
@@ -18,7 +20,11 @@ def ahead(robot):
     """One sensor at the tool flange that looks along the flange's axis."""
     T = np.eye(4)
     T[2, 3] = 0.01
-    return build_skin("one ahead", (Sensor("ahead", "wrist_3_link", T, 8, 0, False),), robot)
+    return build_skin(
+        "one ahead",
+        (Sensor("ahead", "wrist_3_link", T, load_sensor_type("vl53l8cx"), 0, False),),
+        robot,
+    )
 
 
 def wall_at(robot, depth, tilt=0.0):
@@ -236,14 +242,14 @@ def test_strays_that_are_switched_off_leave_all_other_zones_as_they_were(robot, 
 
 def test_statuses_that_are_switched_off_leave_every_distance_as_it_was(robot, ahead):
     with_it, status = reported(robot, ahead)
-    without, plain = reported(robot, ahead, bad_4=0.0, bad_2=0.0)
+    without, plain = reported(robot, ahead, rejected=0.0)
     assert (with_it == without).all()
     assert np.mean(status != plain) == pytest.approx(0.06, abs=0.01)
 
 
 def test_a_bias_that_is_switched_off_leaves_the_noise_as_it_was(robot, ahead):
     with_it, status = reported(robot, ahead)
-    without, plain = reported(robot, ahead, zone_bias=0.0)
+    without, plain = reported(robot, ahead, bias=0.0)
     assert (status == plain).all()
     factor = with_it / without  # but for the rounding to millimetres one of its own in every zone
     assert np.std(factor, axis=0).max() < 1e-3

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from app.errors import RobotError
+from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, build_skin, load_skin, zone_directions
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 
 
-def sensor(resolution=8, rotation_deg=0, mirrored=False):
-    return Sensor("s", "forearm_link", np.eye(4), resolution, rotation_deg, mirrored)
+def sensor(kind="vl53l8cx", rotation_deg=0, mirrored=False):
+    return Sensor("s", "forearm_link", np.eye(4), load_sensor_type(kind), rotation_deg, mirrored)
 
 
 def look(s, row, column):
@@ -25,7 +26,7 @@ def test_zone_centres_follow_the_datasheet_angles():
     assert look(sensor(), 0, 0) == pytest.approx([-corner, -corner, 1.0])
     assert look(sensor(), 7, 7) == pytest.approx([corner, corner, 1.0])
     corner = tan(radians(1.5 * 45 / 4))
-    assert look(sensor(4), 0, 3) == pytest.approx([corner, -corner, 1.0])
+    assert look(sensor("vl53l8cx-4x4"), 0, 3) == pytest.approx([corner, -corner, 1.0])
 
 
 def test_mirroring_swaps_columns_and_rotation_turns_clockwise():
@@ -73,7 +74,7 @@ def test_no_lens_is_inside_any_mesh_it_rides_on_and_no_ray_of_it_meets_one(robot
 
 def test_layouts_with_4x4_sensors_on_other_links_load(robot):
     skin = load_skin(robot.folder / "skin/sparse-4x4.toml", robot)
-    assert skin.used.sum() == 4 * 16 + 64
+    assert skin.slots == 4 * 16 + 64
     assert set(skin.link) == {robot.link_index("forearm_link"), robot.link_index("wrist_3_link")}
 
 

@@ -60,7 +60,7 @@ def captured_in_closed_loop(monkeypatch, seconds):
         ("cell", 0.20, "door-screws"),
     ):  # fmt: skip
         setup = Setup(scene=scene, rate=125.0, program=program)
-        engine = build_engine(setup, ManualClock(), Params(d_s=kept))
+        engine = build_engine(setup, ManualClock(), Params(distance_kept=kept))
         engine.post(AddObstacle("ball", {"kind": "sphere", "radius_m": 0.08}, (0.5, 0.4, 0.5)))
         for _ in range(int(seconds * 125)):
             engine.step()

@@ -5,12 +5,13 @@ import shutil
 import numpy as np
 import pytest
 
-from app.config import Params
 from app.errors import RobotError
 from app.messages import Verdict
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.robot.model import find_robot, load_robot
+from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, build_skin
 from app.robot.tables import Choice
 from app.studies.headless import run
@@ -62,16 +63,18 @@ def test_the_self_filter_knows_the_tool(armed):
     turn = np.radians(-15.0)
     T[0, 0] = T[2, 2] = np.cos(turn)
     T[0, 2], T[2, 0] = np.sin(turn), -np.sin(turn)
-    skin = build_skin("one", (Sensor("s", "wrist_3_link", T, 8, 0, False),), armed)
-    posture, params = armed.posture(armed.home), Params()
-    far = np.full((1, 64), 4.0)
-    judged = SelfFilter(armed, skin).judge(np.array([0]), far, posture, params)
+    skin = build_skin(
+        "one", (Sensor("s", "wrist_3_link", T, load_sensor_type("vl53l8cx"), 0, False),), armed
+    )
+    posture, rules = armed.posture(armed.home), Rules()
+    far = np.full(skin.slots, 4.0)
+    judged = SelfFilter(armed, skin).judge(np.array([0]), far, posture, rules)
     link, gap = judged.link, judged.gap
-    sees = (link[0] == armed.link_index("screwdriver")) & np.isfinite(gap[0])
+    sees = (link == armed.link_index("screwdriver")) & np.isfinite(gap)
     assert sees.any()
-    depth = np.where(sees, 4.0 + gap[0], 0.05)[None]
-    verdict = SelfFilter(armed, skin).judge(np.array([0]), depth, posture, params).verdict
-    assert (verdict[0][sees] == Verdict.SELF).all()
+    depth = np.where(sees, 4.0 + gap, 0.05)
+    verdict = SelfFilter(armed, skin).judge(np.array([0]), depth, posture, rules).verdict
+    assert (verdict[sees] == Verdict.SELF).all()
 
 
 def test_the_tool_is_shown_and_weighs_on_the_last_joint(robot, armed):

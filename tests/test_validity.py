@@ -1,33 +1,33 @@
 """Which points are believed: ghosts, status sets, and the named states of a sensor."""
 
-from dataclasses import replace
-
+import msgspec
 import numpy as np
 import pytest
 
 from app.cell.parts import Cell
-from app.config import Params
 from app.messages import SensorHealth, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.health import SkinHealth
+from app.perception.rules import Rules
+from app.robot.skin import build_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
-from tests.fakes import frame
+from tests.fakes import frame, retyped
 
-P = Params()
+P = Rules()
 SENSOR = 15  # looks away from the arm at home
 ZONE = 27
 
 
-def verdicts(robot, skin, depths, params=P):
+def verdicts(robot, skin, depths, rules=P):
     """Verdicts of the sensor's zones after each frame of `depths`, one frame a period."""
     cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home)
     out = []
     for i, depth in enumerate(depths):
-        cloud.take([frame(SENSOR, i / 15, depth)], posture, params)
-        out.append(cloud.view(i / 15, params).verdict[64 * SENSOR : 64 * SENSOR + 64])
+        cloud.add_frames([frame(SENSOR, i / 15, depth)], posture, rules)
+        out.append(cloud.view(i / 15).verdict[64 * SENSOR : 64 * SENSOR + 64])
     return out
 
 
@@ -64,7 +64,7 @@ def test_a_point_that_recedes_is_believed_at_once(robot, skin):
 
 
 def test_without_the_filter_ghosts_pass(robot, skin):
-    open_eyed = replace(P, ghost_filter=False)
+    open_eyed = P._replace(doubts_ghosts=False)
     assert verdicts(robot, skin, [wall(), wall(z27=0.5)], open_eyed)[1][27] == Verdict.KEPT
 
 
@@ -77,9 +77,9 @@ def test_simulated_ghosts_are_caught(robot, skin):
     for i in range(150):
         frames = eye.poll(i / 75, posture)
         for f in frames:
-            cloud.take([f], posture, P)
+            cloud.add_frames([f], posture, P)
             mine = slice(64 * f.sensor, 64 * f.sensor + 64)
-            view = cloud.view(i / 75, P)
+            view = cloud.view(i / 75)
             far = (f.distance > P.ghost_near) & (view.gap[mine] > P.ghost_near)
             ghosts += (view.verdict[mine][far] == Verdict.GHOST).sum()
             passed += (view.verdict[mine][far] == Verdict.KEPT).sum()
@@ -87,12 +87,21 @@ def test_simulated_ghosts_are_caught(robot, skin):
     assert passed < 0.1 * ghosts
 
 
-def test_merged_pulses_are_trusted_only_while_the_setting_says_so(robot, skin):
-    for accept, expected in ((True, Verdict.KEPT), (False, Verdict.BAD_STATUS)):
-        cloud = SkinCloud(robot, skin, Cell())
-        params = replace(P, accept_merged=accept)
-        cloud.take([frame(SENSOR, 0.0, 1.5, status=9)], robot.posture(robot.home), params)
-        assert cloud.view(0.0, params).verdict[64 * SENSOR + ZONE] == expected
+def test_merged_pulses_are_trusted_only_if_the_type_says_so(robot, skin):
+    said = skin.sensors[0].type
+    for trusted, expected in (((5, 9), Verdict.KEPT), ((5,), Verdict.BAD_STATUS)):
+        status = msgspec.structs.replace(said.status, trusted=trusted)
+        wary = retyped(skin, msgspec.structs.replace(said, status=status), robot)
+        cloud = SkinCloud(robot, wary, Cell())
+        cloud.add_frames([frame(SENSOR, 0.0, 1.5, status=9)], robot.posture(robot.home), P)
+        assert cloud.view(0.0).verdict[64 * SENSOR + ZONE] == expected
+
+
+def health_of_one(robot, skin):
+    """Of a skin of one sensor, which is connected."""
+    health = SkinHealth(build_skin("one", skin.sensors[:1], robot))
+    health.connect(np.array([True]))
+    return health
 
 
 def noisy(rng, i, **kind):
@@ -110,19 +119,19 @@ def noisy(rng, i, **kind):
         (lambda rng, i: frame(0, i / 15, 0.8, status=255, targets=0), SensorHealth.GOOD),
     ],
 )  # fmt: skip
-def test_each_way_to_be_of_little_use_has_its_name(make, state):
+def test_each_way_to_be_of_little_use_has_its_name(robot, skin, make, state):
     rng = np.random.default_rng(0)
-    health = SkinHealth(np.array([True]))
+    health = health_of_one(robot, skin)
     for i in range(40):
         f = make(rng, i)
         health.update([f], f.stamp)
-    assert SensorHealth(health.states(f.stamp, 0.5)[0]) is state
+    assert SensorHealth(health.states(f.stamp)[0]) is state
 
 
-def test_a_repeated_stamp_is_not_taken_for_frozen_values():
+def test_a_repeated_stamp_is_not_taken_for_frozen_values(robot, skin):
     rng = np.random.default_rng(0)
-    health = SkinHealth(np.array([True]))
+    health = health_of_one(robot, skin)
     for i in range(20):
         f = noisy(rng, i)
         health.update([f, f, f], f.stamp)
-    assert SensorHealth(health.states(19 / 15, 0.5)[0]) is SensorHealth.GOOD
+    assert SensorHealth(health.states(19 / 15)[0]) is SensorHealth.GOOD

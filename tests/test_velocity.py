@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Cell
-from app.config import Params
 from app.messages import Pairs
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.velocity import ObstacleSpeed
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 
-P = Params()
+P = Rules()
 TORSO = {"kind": "capsule", "radius_m": 0.16, "length_m": 1.0}
 FOREARM = 3
 
@@ -33,9 +33,9 @@ def approaches(robot, skin, position, seconds, sway=0.0, seed=1):
         q = robot.home + sway * np.sin(np.array([1.1, 0.9, 1.3, 1.7, 1.2, 0.8]) * t)
         posture = before[round(t, 6)] = robot.posture(q)
         for f in eye.poll(t, posture):
-            cloud.take([f], before[round(f.stamp, 6)], P)
+            cloud.add_frames([f], before[round(f.stamp, 6)], P)
             speed.take(cloud.newest(), np.array([f.sensor]))
-        pairs = speed.update(body.update(cloud.view(t, P), posture), t)
+        pairs = speed.update(body.update(cloud.view(t), posture), t)
         raw = pairs.normal[FOREARM] @ speed._tracks.v[FOREARM]
         out.append((t, pairs.approach[FOREARM], raw, pairs.distance[FOREARM]))
     return np.array(out)
@@ -86,7 +86,7 @@ def test_a_switch_between_two_still_things_is_no_motion(robot, skin):
     worst = 0.0
     for i in range(300):
         for f in eye.poll(i / 75, posture):
-            cloud.take([f], posture, P)
+            cloud.add_frames([f], posture, P)
             speed.take(cloud.newest(), np.array([f.sensor]))
         side = [(0.1, 0.59, 0.5), (0.65, 0.56, 0.5)][i // 7 % 2]
         worst = max(worst, float(abs(speed.update(pairs_at([side]), i / 75).approach[0])))

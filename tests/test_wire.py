@@ -19,18 +19,16 @@ RISING = [100 + 10 * z for z in range(64)]  # zone by zone, in the driver's orde
 VALID = np.full(64, 5, dtype=np.uint8)
 
 
-def raw(distance=RISING, status=VALID, sensor=3, sequence=7, t_us=1234567, resolution=8):
+def raw(distance=RISING, status=VALID, sensor=3, sequence=7, t_us=1234567, grid=(8, 8)):
     return RawFrame(
-        sensor, sequence, t_us, resolution,
+        sensor, sequence, t_us, grid,
         np.array(distance, dtype=np.int16), np.array(status, dtype=np.uint8), 30,
     )  # fmt: skip
 
 
 def small():
-    """A 4x4 frame: the last 48 zones are unused."""
-    distance, status = np.zeros(64), np.full(64, 255)
-    distance[:16], status[:16] = RISING[:16], 5
-    return raw(distance, status, resolution=4)
+    """A 4x4 frame."""
+    return raw(RISING[:16], VALID[:16], grid=(4, 4))
 
 
 def same(a, b):
@@ -41,12 +39,11 @@ def same(a, b):
 def frames(draw):
     n = draw(st.sampled_from([4, 8]))
     rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    distance = rng.integers(-32768, 32768, 64).astype(np.int16)
-    status = rng.choice(np.array([5, 9, 4, 255], dtype=np.uint8), 64)
-    distance[n * n :], status[n * n :] = 0, 255
+    distance = rng.integers(-32768, 32768, n * n).astype(np.int16)
+    status = rng.choice(np.array([5, 9, 4, 255], dtype=np.uint8), n * n)
     return raw(
         distance, status, draw(st.integers(0, 255)), draw(st.integers(0, 2**16 - 1)),
-        draw(st.integers(0, 2**32 - 1)), n,
+        draw(st.integers(0, 2**32 - 1)), (n, n),
     )  # fmt: skip
 
 
@@ -101,7 +98,7 @@ def st_table(rows, signal=False):
 def test_number_lines_are_read_mirrored_and_not_at_any_chunking(stream, size):
     for decoder, turned in ((lines.NumberLines(), False), (lines.NumberLines(False), True)):
         got = [f for i in range(0, len(stream), size) for f in decoder.feed(stream[i : i + size])]
-        assert len(got) == 1 and got[0].sensor is None and got[0].resolution == 8
+        assert len(got) == 1 and got[0].sensor is None and got[0].grid == (8, 8)
         expected = np.array(PRINTED).ravel() if turned else RISING
         assert got[0].distance.tolist() == list(expected)
         assert (got[0].status == 5).all()
@@ -109,7 +106,7 @@ def test_number_lines_are_read_mirrored_and_not_at_any_chunking(stream, size):
 
 def test_number_lines_of_4x4_fill_the_first_sixteen_zones():
     (frame,) = lines.NumberLines().feed(FOUR + b"\n")
-    assert frame.resolution == 4 and frame.distance[:16].tolist() == RISING[:16]
+    assert frame.grid == (4, 4) and frame.distance.tolist() == RISING[:16]
     assert (frame.status[16:] == 255).all()
 
 
@@ -160,7 +157,7 @@ def test_the_makers_table_is_read_mirrored_and_not_at_any_chunking(signal, size)
 def test_the_table_of_4x4_is_read():
     rows = [[(100 + 10 * (4 * r + 3 - c), 5) for c in range(4)] for r in range(4)]
     (frame,) = table.RangingTable().feed(st_table(rows))
-    assert frame.resolution == 4 and frame.distance[:16].tolist() == RISING[:16]
+    assert frame.grid == (4, 4) and frame.distance.tolist() == RISING[:16]
 
 
 def test_a_table_with_a_lost_row_or_cell_is_dropped_and_the_next_one_read():
@@ -201,14 +198,14 @@ def test_the_binary_frame_is_byte_for_byte_as_the_protocol_says():
     packet = cobs.encode(payload + zlib.crc32(payload).to_bytes(4, "little")) + b"\0"
     assert len(packet) == 210 and binary.encode(raw()) == packet
     (frame,) = binary.Binary().feed(packet)
-    assert (frame.sensor, frame.resolution, frame.sequence) == (3, 8, 7)
+    assert (frame.sensor, frame.grid, frame.sequence) == (3, (8, 8), 7)
     assert (frame.t_us, frame.temperature) == (1234567, 30)
     assert same(frame, raw())
 
 
 @pytest.mark.parametrize(
     ("at", "value", "why"),
-    [(0, 0x12, "kind"), (0, 0x21, "kind"), (2, 5, "resolution"), (10, 63, "targets")],
+    [(0, 0x12, "kind"), (0, 0x21, "resolution"), (2, 5, "resolution"), (10, 63, "targets")],
 )
 def test_a_payload_with_a_right_checksum_and_a_wrong_field_is_refused(at, value, why):
     payload = bytearray(cobs.decode(binary.encode(raw())[:-1])[:204])
@@ -239,7 +236,7 @@ def test_the_f_line_carries_all_but_the_temperature(sent, cuts):
     decoder = f_line.FLines()
     (got,) = (f for chunk in cut(stream, cuts) for f in decoder.feed(chunk))
     assert same(sent, got) and (sent.sensor, sent.t_us) == (got.sensor, got.t_us)
-    assert got.resolution == sent.resolution
+    assert got.grid == sent.grid
 
 
 @given(frames(), st.booleans(), shares)
@@ -353,8 +350,8 @@ def test_an_unknown_format_is_named_with_the_known_ones():
         format_of("binry")
 
 
-def test_a_small_frame_keeps_its_unused_zones_empty_in_every_format():
+def test_a_small_frame_has_its_own_zones_alone_in_every_format():
     for name, style in FORMATS.items():
         decoder = style.decoder()
         (got,) = decoder.feed(b"\n" * (name != "binary") + style.encode(small()))
-        assert got.resolution == 4 and same(got, small()), name
+        assert got.grid == (4, 4) and same(got, small()), name

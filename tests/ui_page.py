@@ -35,6 +35,7 @@ from app.messages import (
     Verdict,
 )
 from app.robot.model import Robot, find_robot, load_robot
+from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, Skin, build_skin
 from app.timing import Latest, ManualClock
 from app.ui.page import Page
@@ -78,7 +79,8 @@ def fake_skin(robot: Robot) -> Skin:
     """Two sensors on the forearm."""
     T = np.eye(4)
     T[:3, 3] = [0.0, 0.0, 0.1]
-    sensors = tuple(Sensor(f"s{k}", "forearm_link", T, 8, 0, False) for k in range(SENSORS))
+    kind = load_sensor_type("vl53l8cx")
+    sensors = tuple(Sensor(f"s{k}", "forearm_link", T, kind, 0, False) for k in range(SENSORS))
     return build_skin("test", sensors, robot)
 
 

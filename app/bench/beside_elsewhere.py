@@ -15,16 +15,17 @@ from app.bench.clouds import centre_rays, count_unlike, points_outside
 from app.bench.peers.geometry import roboplan_filter
 from app.bench.perception import Scene, timed
 from app.bench.spheres import world_of_spheres
-from app.config import Params
-from app.messages import SLOTS, Array, Verdict
+from app.messages import Array, Verdict
+from app.perception.casting import NEAR
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.report import Check
 from app.robot.model import Robot
-from app.robot.skin import Skin, range_noise
+from app.robot.skin import Skin
 from app.sensing.simulated import SimulatedSkin
 
-ONE, NINE, PADDING = Params(footprint=False), Params(), 0.03  # [m]
+ONE, NINE, PADDING = Rules(footprint=False), Rules(), 0.03  # [m]
 CLOUDS = (100, 500, 1920)
 POSTURES, FAR = 10, 3.5  # [m] depth of every zone in the cloud far from the arm
 CLOSE = (0.05, 0.4)  # [m] depths of the cloud close to it
@@ -35,16 +36,17 @@ Found = tuple[list[dict[str, Any]], list[Check]]
 
 
 def labelled(robot: Robot, skin: Skin, seed: int) -> tuple[Scene, list[NDArray[np.int16]]]:
-    """Postures and noisy depths (K, 64) [m] of an arm among spheres, and what each zone saw."""
+    """Postures and noisy reports (S,) [m] of an arm among spheres, and what each zone saw."""
     rng = np.random.default_rng(seed)
     eye = SimulatedSkin(robot, skin, world_of_spheres(rng), seed)
     scene, labels = [], []
     for _ in range(POSTURES):
         posture = robot.posture(robot.home + rng.uniform(-1.0, 1.0, robot.n))
         readings = [eye.read(k, posture) for k in range(skin.count)]
-        depth = np.array([np.where(np.isfinite(r.depth), r.depth, 4.0) for r in readings])
-        scene.append((posture, depth + rng.normal(size=depth.shape) * range_noise(depth)))
-        labels.append(np.array([r.label for r in readings]))
+        depth = np.concatenate([r.depth for r in readings])
+        depth[~np.isfinite(depth)] = 4.0
+        scene.append((posture, depth + rng.normal(size=depth.shape) * skin.noise(depth)))
+        labels.append(np.concatenate([r.label for r in readings]))
     return scene, labels
 
 
@@ -57,17 +59,17 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
     judge, everyone = SelfFilter(robot, skin), np.arange(skin.count)
     around = np.array([_points(skin, p, d) for p, d in scene])
 
-    def ours(params: Params, depth: Array | None) -> Array:
+    def ours(rules: Rules, depth: Array | None) -> Array:
         def call(i: int) -> None:
             posture, seen = scene[i % POSTURES]
-            judge.judge(everyone, seen if depth is None else depth, posture, params)
+            judge.judge(everyone, seen if depth is None else depth, posture, rules)
 
         return timed(call, OURS)
 
     def all_ours() -> dict[str, Array]:
         return {
-            f"{words} {cloud}": ours(params, depth)
-            for words, params in (("one", ONE), ("nine", NINE))
+            f"{words} {cloud}": ours(rules, depth)
+            for words, rules in (("one", ONE), ("nine", NINE))
             for cloud, depth in (("around", None), ("near", close), ("far", distant))
         }
 
@@ -88,9 +90,9 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
     label = np.array(labels).reshape(POSTURES, -1)
     median = {k: 1e3 * float(np.median(np.concatenate((first[k], again[k])))) for k in first}
     rows: list[dict[str, Any]] = []
-    for words, params in (("one", ONE), ("nine", NINE)):
+    for words, rules in (("one", ONE), ("nine", NINE)):
         kept = np.array(
-            [judge.judge(everyone, d, p, params).verdict.ravel() == Verdict.KEPT for p, d in scene]
+            [judge.judge(everyone, d, p, rules).verdict.ravel() == Verdict.KEPT for p, d in scene]
         )
         times = {f"{cloud}_ms": median[f"{words} {cloud}"] for cloud in ("around", "near", "far")}
         rows.append({"name": f"{name}: ours, rays a zone: {words}"} | times | _kept(kept, label))
@@ -129,7 +131,7 @@ def beside_open3d(robot: Robot, skin: Skin, seed: int) -> Found:
         return [{"name": name, "note": "no environment; make it with: make peers-env"}], []
     scene = labelled(robot, skin, seed)[0][:5]
     judge, everyone, body = SelfFilter(robot, skin), np.arange(skin.count), BodyPairs(robot)
-    rays = [centre_rays(skin, posture, ONE.near_cut) for posture, _ in scene]
+    rays = [centre_rays(skin, posture, NEAR) for posture, _ in scene]
     rng = np.random.default_rng(seed)
     clouds = {n: points_outside(body, scene[0][0], rng, n) for n in CLOUDS}
 
@@ -157,9 +159,7 @@ def beside_open3d(robot: Robot, skin: Skin, seed: int) -> Found:
     for key, words, limit in (("rebuilt", "rebuilt", EXACT), ("links", "a scene a link", 1.0)):
         theirs = 1e3 * float(np.median(answer[f"{key}_s"]))  # type: ignore[type-var]
         hits = answer[f"{key}_answer"]
-        wrong = max(
-            count_unlike(h + ONE.near_cut, t, length) for h, t in zip(hits, truth, strict=True)
-        )
+        wrong = max(count_unlike(h + NEAR, t, length) for h, t in zip(hits, truth, strict=True))
         row = {"name": f"B1 {name}, {words}", "ms": theirs, "ours_ms": mine["filter"]}
         rows.append(row | {"ratio": theirs / mine["filter"], "unlike": wrong})
         checks.append(
@@ -178,9 +178,9 @@ def beside_open3d(robot: Robot, skin: Skin, seed: int) -> Found:
 
 
 def _points(skin: Skin, posture: Any, depth: Array) -> Array:
-    """(S, 3) [m] base frame, of depths (K, 64)."""
-    T = np.repeat(posture.T_base_link[skin.link], SLOTS, axis=0)
-    local = np.repeat(skin.origin, SLOTS, axis=0) + depth.reshape(-1, 1) * skin.reach
+    """(S, 3) [m] base frame, of reports (S,)."""
+    T = posture.T_base_link[skin.link[skin.sensor_of]]
+    local = skin.origin[skin.sensor_of] + depth[:, None] * skin.reach
     return np.asarray(np.einsum("sij,sj->si", T[:, :3, :3], local) + T[:, :3, 3])
 
 

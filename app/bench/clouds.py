@@ -20,10 +20,10 @@ def points_outside(body: BodyPairs, posture: Posture, rng: np.random.Generator, 
 
 def centre_rays(skin: Skin, posture: Posture, near: float) -> tuple[Array, Array]:
     """Origins and unit directions (S, 3) of the centre rays, base frame, near cut applied."""
-    T = np.repeat(posture.T_base_link[skin.link], 64, axis=0)
+    T = posture.T_base_link[skin.link[skin.sensor_of]]
     direction = np.einsum("sij,sj->si", T[:, :3, :3], skin.reach)
     direction /= np.linalg.norm(direction, axis=1, keepdims=True)
-    lens = np.repeat(skin.origin, 64, axis=0)
+    lens = skin.origin[skin.sensor_of]
     origin = np.einsum("sij,sj->si", T[:, :3, :3], lens) + T[:, :3, 3]
     return origin + near * direction, direction
 

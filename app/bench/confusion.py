@@ -15,28 +15,26 @@ from numpy.typing import NDArray
 
 from app.bench.spheres import world_of_spheres
 from app.checks.range_calibration import DISTANCES, FRAMES, table_of
-from app.config import Params
 from app.messages import Array, Verdict
 from app.perception.calibration import suggest
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.report import Check
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.ranges import RangeTable, complete
-from app.robot.skin import Skin, range_noise
-from app.sensing.error_model import ErrorModel
+from app.robot.skin import Skin
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 
 BEFORE = (0.01, 0.02, 0.05, 0.10)  # [m] of obstacles before the body
 POSTURES = 150  # calibrated with, and as many to judge
-ERRORS = ErrorModel()  # of the simulated sensors
 SIGMAS = 3.0902  # of a normal distribution: 0.1 % lie beyond
 NEAREST = 0.05  # [m] returns from nearer than this are not judged
 
 
 class Sample(NamedTuple):
-    """One posture with the true depth (K, 64) [m] of every zone, and what it saw there."""
+    """One posture with the true report (S,) [m] of every zone, and what it saw there."""
 
     posture: Posture
     depth: Array
@@ -46,33 +44,35 @@ class Sample(NamedTuple):
 class Noise:
     """The errors of simulated sensors: each zone's bias, the offset near by, and noise."""
 
-    def __init__(self, sensors: int, rng: np.random.Generator) -> None:
-        self.bias = np.clip(rng.normal(0.0, ERRORS.zone_bias, (sensors, 64)), -0.04, 0.04)
-        self._rng = rng
+    def __init__(self, skin: Skin, rng: np.random.Generator) -> None:
+        self._errors = skin.sensors[0].type.error
+        self.bias = np.clip(rng.normal(0.0, self._errors.bias_share, skin.slots), -0.04, 0.04)
+        self._skin, self._rng = skin, rng
 
     def measured(self, depth: Array) -> Array:
-        """What is reported of true depths (K, 64) [m], drawn anew at each call."""
-        near = ERRORS.near_offset * np.clip(1.0 - depth / ERRORS.near_range, 0.0, 1.0)
-        noise = self._rng.normal(size=depth.shape) * range_noise(depth)
+        """What is reported of true depths (S,) [m], drawn anew at each call."""
+        e = self._errors
+        near = e.near_offset_m * np.clip(1.0 - depth / e.near_offset_below_m, 0.0, 1.0)
+        noise = self._rng.normal(size=depth.shape) * self._skin.noise(depth)
         return np.asarray(depth * (1.0 + self.bias) + near + noise)
 
 
 def confusion(robot: Robot, skin: Skin, seed: int) -> tuple[list[dict[str, Any]], list[Check]]:
     """Shares kept with the default thresholds and with calibrated ones, noise on."""
     rng = np.random.default_rng(seed)
-    noise = Noise(skin.count, rng)
-    ranges = _calibrated_ranges(noise, skin.count)
+    noise = Noise(skin, rng)
+    ranges = _calibrated_ranges(noise, skin)
     samples = _samples(robot, skin, rng, seed)
     # calibration sees the first half of the postures, the figures come from the second
     first, second = samples[:POSTURES], samples[POSTURES:]
     default = SelfFilter(robot, skin)
-    eps = _calibrated_eps(robot, default, ranges, noise, first)
+    eps = _calibrated_eps(robot, skin, default, ranges, noise, first)
     calibrated = SelfFilter(replace(robot, eps=eps), skin)
     rows: list[dict[str, Any]] = []
     for name, judge, table in (("default", default, None), ("calibrated", calibrated, ranges)):
-        shares = _shares(judge, table, noise, second)
+        shares = _shares(skin, judge, table, noise, second)
         rows.append({"name": f"kept, {name} thresholds"} | shares)
-    bound = {f"{100 * b:g} cm": _bound(second, b) for b in BEFORE}
+    bound = {f"{100 * b:g} cm": _bound(skin, second, b) for b in BEFORE}
     rows.append({"name": "kept, most that the noise allows"} | bound)
     for what, column in (("inside", 0), ("across an edge", 1)):
         known = zip(robot.links, 1e3 * eps[:, column], strict=True)
@@ -81,13 +81,13 @@ def confusion(robot: Robot, skin: Skin, seed: int) -> tuple[list[dict[str, Any]]
     return rows, _checks(rows[1])
 
 
-def _calibrated_ranges(noise: Noise, sensors: int) -> RangeTable:
+def _calibrated_ranges(noise: Noise, skin: Skin) -> RangeTable:
     """What `flinch calibrate-ranges` would find of these sensors."""
     walls = []
     for d in DISTANCES:
         frames = np.array([noise.measured(np.full(noise.bias.shape, d)) for _ in range(FRAMES)])
-        walls += [(k, d, frames[:, k]) for k in range(sensors)]
-    return complete(table_of(walls, sensors))
+        walls += [(k, d, frames[:, skin.zones(k)]) for k in range(skin.count)]
+    return complete(table_of(walls, skin.first))
 
 
 def _samples(robot: Robot, skin: Skin, rng: np.random.Generator, seed: int) -> list[Sample]:
@@ -100,41 +100,43 @@ def _samples(robot: Robot, skin: Skin, rng: np.random.Generator, seed: int) -> l
         posture = robot.posture(rng.uniform(-2.6, 2.6, robot.n))
         source = alone if i % 2 else among
         readings = [source.read(k, posture) for k in range(skin.count)]
-        depth, label = (np.array([getattr(r, n) for r in readings]) for n in ("depth", "label"))
+        depth = np.concatenate([r.depth for r in readings])
+        label = np.concatenate([r.label for r in readings])
         samples.append(Sample(posture, depth, label))
     return samples
 
 
 def _calibrated_eps(
-    robot: Robot, judge: SelfFilter, ranges: RangeTable, noise: Noise, samples: list[Sample]
-) -> Array:
+    robot: Robot, skin: Skin, judge: SelfFilter, ranges: RangeTable, noise: Noise,
+    samples: list[Sample],
+) -> Array:  # fmt: skip
     """Thresholds (L, 2) [m] that `flinch calibrate-filter` would suggest."""
-    params, parts = Params(), []
+    rules, parts = Rules(), []
+    everyone, slots = np.arange(skin.count), np.arange(skin.slots)
+    least = skin.traits.limits[skin.sensor_of, 0]
     for posture, depth, label in samples:
-        everyone = np.arange(len(depth))
-        mine = (label >= 0) & (depth > params.range_min)
-        z = ranges.corrected(everyone, noise.measured(np.where(mine, depth, 1.0)))
-        seen = judge.judge(everyone, z, posture, params)
+        mine = (label >= 0) & (depth > least)
+        z = ranges.corrected(slots, noise.measured(np.where(mine, depth, 1.0)))
+        seen = judge.judge(everyone, z, posture, rules)
         mine &= seen.link >= 0
-        parts.append((seen.link[mine], seen.gap[mine], z[mine], seen.edge[mine]))
-    link, gap, z, edge = (np.concatenate(column) for column in zip(*parts, strict=True))
-    found = suggest(robot.links, link, gap, z, edge, params.eps_sigmas)
+        parts.append((seen.link[mine], seen.gap[mine], skin.noise(z)[mine], seen.edge[mine]))
+    link, gap, sigma, edge = (np.concatenate(column) for column in zip(*parts, strict=True))
+    found = suggest(robot.links, link, gap, sigma, edge)
     return np.array([[s.eps, s.edge] for s in found])
 
 
 def _shares(
-    judge: SelfFilter, ranges: RangeTable | None, noise: Noise, samples: list[Sample]
+    skin: Skin, judge: SelfFilter, ranges: RangeTable | None, noise: Noise, samples: list[Sample]
 ) -> dict[str, float]:
     """How many zones saw the body, and the shares kept of each kind of return."""
     kept: dict[str, list[NDArray[np.bool_]]] = {}
-    params = Params()
+    rules, everyone = Rules(), np.arange(skin.count)
     for posture, depth, label in samples:
-        everyone = np.arange(len(depth))
         for what, (mask, true) in _returns(depth, label).items():
             z = noise.measured(np.where(mask, true, 1.0))
             if ranges is not None:
-                z = ranges.corrected(everyone, z)
-            judged = judge.judge(everyone, z, posture, params)
+                z = ranges.corrected(np.arange(skin.slots), z)
+            judged = judge.judge(everyone, z, posture, rules)
             keep = judged.verdict == Verdict.KEPT
             kept.setdefault(what, []).append(keep[mask])
             kept.setdefault(f"{what}, inside", []).append(keep[mask & ~judged.edge])
@@ -143,7 +145,7 @@ def _shares(
 
 
 def _returns(depth: Array, label: NDArray[np.int16]) -> dict[str, tuple[NDArray[np.bool_], Array]]:
-    """By kind of return: which zones (K, 64) have one, and from which true depth [m]."""
+    """By kind of return: which zones (S,) have one, and from which true depth [m]."""
     own, past = (label >= 0) & (depth > NEAREST), label == -1
     return {
         "self": (own, depth),
@@ -165,10 +167,11 @@ def _checks(calibrated: dict[str, Any]) -> list[Check]:
     ]
 
 
-def _bound(samples: list[Sample], before: float) -> float:
+def _bound(skin: Skin, samples: list[Sample], before: float) -> float:
     """Share of obstacles that a filter with the true depth and the best threshold would keep."""
     out: list[Array] = []
     for _, depth, label in samples:
-        z = depth[(label >= 0) & (depth > max(NEAREST, before + 0.02))]
-        out.append((before - SIGMAS * range_noise(z)) / range_noise(z - before))
+        own = (label >= 0) & (depth > max(NEAREST, before + 0.02))
+        sigma, nearer = skin.noise(depth)[own], skin.noise(depth - before)[own]
+        out.append((before - SIGMAS * sigma) / nearer)
     return float(np.mean([0.5 * (1.0 + erf(x / sqrt(2.0))) for x in np.concatenate(out)]))

@@ -4,26 +4,28 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.config import Params
 from app.judge.reference import first_hit, nearest_of, triangles_of
-from app.messages import SLOTS, Array, Verdict
+from app.messages import Array, Verdict
+from app.perception.casting import NEAR
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import PULSE, PULSE_SHARE, Skin
+from app.robot.sensor_type import SensorType
+from app.robot.skin import Skin
 
 BAND = 1e-4  # [m] around the threshold in which float32 rays may err
 
 
 def filter_disagreements(
-    robot: Robot, skin: Skin, scene: Sequence[tuple[Posture, Array]], params: Params
+    robot: Robot, skin: Skin, scene: Sequence[tuple[Posture, Array]], rules: Rules
 ) -> tuple[int, int]:
     """Zones whose verdict is not that of rays cast in float64, and zones compared."""
     judge, wrong, compared = SelfFilter(robot, skin), 0, 0
     everyone = np.arange(skin.count)
-    for number, (posture, depth) in enumerate(scene):
-        judged = judge.judge(everyone, depth, posture, params)
+    for number, (posture, reported) in enumerate(scene):
+        judged = judge.judge(everyone, reported, posture, rules)
         bodies = [
             triangles_of(b.vertices, b.faces, T)
             for b, T in zip(robot.bodies, posture.T_base_link, strict=True)
@@ -31,17 +33,15 @@ def filter_disagreements(
         everything = np.concatenate(bodies)
         for k in range(number % 6, skin.count, 6):
             T = posture.T_base_link[skin.link[k]]
-            origin, axis = T[:3, :3] @ skin.origin[k] + T[:3, 3], T[:3, :3] @ skin.axis[k]
-            for zone in range(SLOTS):
-                slot = SLOTS * k + zone
-                rays = [skin.reach[slot] / np.linalg.norm(skin.reach[slot])]
-                rays += list(skin.around[slot])[: judged.rays[k, zone] - 1]
-                depths = []
-                for ray in rays:
-                    d = T[:3, :3] @ ray
-                    depths.append(first_hit(origin, d, everything, params.near_cut) * (d @ axis))
-                gaps = _pulses(np.array(depths)) - depth[k, zone]
-                limit = judged.eps[k, zone]
+            origin, kind = T[:3, :3] @ skin.origin[k] + T[:3, 3], skin.sensors[k].type
+            for slot in range(skin.first[k], skin.first[k + 1]):
+                reports = [
+                    first_hit(origin, T[:3, :3] @ ray, everything, NEAR)
+                    * (1.0 if kind.radial else ray @ skin.axis[k])
+                    for ray in skin.rays[slot, : judged.rays[slot]]
+                ]
+                gaps = _pulses(np.array(reports), kind) - reported[slot]
+                limit = judged.eps[slot]
                 if np.any(np.abs(np.abs(gaps) - limit) < BAND):
                     continue
                 truth = Verdict.KEPT
@@ -49,16 +49,16 @@ def filter_disagreements(
                     truth = Verdict.SELF
                 elif len(gaps) and gaps[0] < 0.0:
                     truth = Verdict.BEHIND
-                wrong += judged.verdict[k, zone] != truth
+                wrong += judged.verdict[slot] != truth
                 compared += 1
     return int(wrong), compared
 
 
-def _pulses(depth: Array) -> Array:
-    """Depths [m] of the groups of returns that merge, near to far; +inf is no return."""
+def _pulses(depth: Array, kind: SensorType) -> Array:
+    """Distances [m] of the groups of returns that merge, near to far; +inf is no return."""
     rest, out = np.sort(depth[np.isfinite(depth)]), []
     while len(rest):
-        group = rest <= rest[0] + max(PULSE, PULSE_SHARE * rest[0])
+        group = rest <= rest[0] + max(kind.pulse_m, kind.pulse_share * rest[0])
         out.append(rest[group].mean())
         rest = rest[~group]
     return np.array(out)

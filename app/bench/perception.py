@@ -18,12 +18,12 @@ from app.bench.confusion import confusion
 from app.bench.exactness import filter_disagreements, worst_distance
 from app.bench.spheres import world_of_spheres
 from app.cell.parts import Cell
-from app.config import Params
-from app.messages import SLOTS, Array, SensorFrame
+from app.messages import Array, SensorFrame
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
-from app.perception.self_filter import SelfFilter
-from app.plot import Line, check_plot, plot_lines
+from app.perception.rules import Rules
+from app.perception.self_filter import SelfFilter, no_judgement
+from app.plot import Curve, check_plot, plot_lines
 from app.raycast import RigidMesh
 from app.report import Check, Report
 from app.robot.meshes import BodyMesh
@@ -31,11 +31,10 @@ from app.robot.model import Robot, load_urdf
 from app.robot.posture import Posture
 from app.robot.skin import Skin, build_skin
 from app.robot.tables import Choice
-from app.sensing.error_model import VALID
 from app.sensing.simulated import SimulatedSkin
 from app.wiring import Setup, build_robot_and_skin
 
-ONE, NINE = Params(footprint=False), Params()
+ONE, NINE = Rules(footprint=False), Rules()
 POSTURES = 20
 SENSORS = (3, 10, 30, 100, 300)
 FACES = (2_000, 20_000, 200_000)
@@ -81,13 +80,13 @@ def bench_perception(
 
 
 def make_scene(robot: Robot, skin: Skin, seed: int, count: int = POSTURES) -> Scene:
-    """Postures and depths (K, 64) [m] of an arm among spheres; 4 m where nothing is seen."""
+    """Postures and reports (S,) [m] of an arm among spheres; 4 m where nothing is seen."""
     rng = np.random.default_rng(seed)
     eye = SimulatedSkin(robot, skin, world_of_spheres(rng), seed)
     out = []
     for _ in range(count):
         posture = robot.posture(robot.home + rng.uniform(-1.0, 1.0, robot.n))
-        depth = np.array([eye.read(k, posture).depth for k in range(skin.count)])
+        depth = np.concatenate([eye.read(k, posture).depth for k in range(skin.count)])
         out.append((posture, np.where(np.isfinite(depth), depth, 4.0)))
     return out
 
@@ -116,10 +115,14 @@ def timed(call: Callable[[int], Any], repeats: int) -> Array:
     return np.array(out[-repeats:])
 
 
-def frames_of(depth: Array, stamp: float) -> list[SensorFrame]:
-    """Valid frames of all sensors."""
-    status, targets = np.full(SLOTS, VALID, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8)
-    return [SensorFrame(k, stamp, 0, d, status, targets) for k, d in enumerate(depth)]
+def frames_of(skin: Skin, reported: Array, stamp: float) -> list[SensorFrame]:
+    """Valid frames of all sensors, of reports (S,) [m]."""
+    out = []
+    for k, sensor in enumerate(skin.sensors):
+        status = np.full(sensor.type.zones, sensor.type.status.valid, dtype=np.uint8)
+        targets = np.ones(len(status), dtype=np.uint8)
+        out.append(SensorFrame(k, stamp, 0, reported[skin.zones(k)], status, targets))
+    return out
 
 
 def _times(
@@ -127,24 +130,26 @@ def _times(
 ) -> tuple[list[dict[str, Any]], list[Check]]:
     judge, body, everyone = SelfFilter(robot, skin), BodyPairs(robot), np.arange(skin.count)
     cloud = SkinCloud(robot, skin, Cell())
-    frames = [frames_of(depth, 0.0) for _, depth in scene]
+    frames = [frames_of(skin, depth, 0.0) for _, depth in scene]
     views = []
     for (posture, _), f in zip(scene, frames, strict=True):
         cloud.reset()
-        cloud.take(f, posture, NINE)
-        views.append(cloud.view(0.0, NINE))
+        cloud.add_frames(f, posture, NINE)
+        views.append(cloud.view(0.0))
 
-    def filter_with(params: Params) -> Callable[[int], Any]:
+    judged = no_judgement(skin.slots)
+
+    def filter_with(rules: Rules) -> Callable[[int], Any]:
         return lambda i: judge.judge(
-            everyone, scene[i % len(scene)][1], scene[i % len(scene)][0], params
+            everyone, scene[i % len(scene)][1], scene[i % len(scene)][0], rules, judged
         )
 
     def tick(i: int) -> None:
         n = i // 50 % len(scene)
         posture, k = scene[n][0], 2 * i % (skin.count - 1)
-        cloud.take(frames[n][k : k + 1], posture, NINE)
-        cloud.take(frames[n][k + 1 : k + 2], posture, NINE)
-        body.update(cloud.view(0.0, NINE), posture)
+        cloud.add_frames(frames[n][k : k + 1], posture, NINE)
+        cloud.add_frames(frames[n][k + 1 : k + 2], posture, NINE)
+        body.update(cloud.view(0.0), posture)
 
     measured = (
         ("self filter, one ray", timed(filter_with(ONE), repeats), 0.5),
@@ -210,7 +215,7 @@ def _growth(
 
 
 def _draw(path: Path, rows: list[dict[str, Any]]) -> None:
-    panels: dict[str, dict[str, Line]] = {}
+    panels: dict[str, dict[str, Curve]] = {}
     for what in ("sensors", "faces"):
         mine = [r for r in rows if str(r["name"]).endswith(what)]
         count = [float(str(r["name"]).split()[0]) for r in mine]
@@ -226,10 +231,10 @@ def _both(
 ) -> tuple[Callable[[int], Any], Callable[[int], Any]]:
     """The self filter and the closest pairs of a whole set, to be timed."""
     judge, body, everyone = SelfFilter(robot, skin), BodyPairs(robot), np.arange(skin.count)
-    depth = rng.uniform(0.1, 2.0, (skin.count, SLOTS))
+    depth = rng.uniform(0.1, 2.0, skin.slots)
     cloud = SkinCloud(robot, skin, Cell())
-    cloud.take(frames_of(depth, 0.0), scene[0][0], NINE)
-    view, n = cloud.view(0.0, NINE), len(scene)
+    cloud.add_frames(frames_of(skin, depth, 0.0), scene[0][0], NINE)
+    view, n = cloud.view(0.0), len(scene)
     return (
         lambda i: judge.judge(everyone, depth, scene[i % n][0], NINE),
         lambda i: body.update(view, scene[i % n][0]),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from app.actions import SetMode
 from app.errors import SensorError
-from app.messages import SLOTS, Mode, SensorFrame
+from app.messages import Mode, SensorFrame
 from app.rehearsal import rehearse
 from app.report import Check, Report
 from app.robot.arm import SimulatedArm
@@ -27,7 +27,6 @@ from app.robot.posture import Posture
 from app.runtime import Engine
 from app.sensing.port import Port
 from app.sensing.port_spec import PortSpec
-from app.sensing.schedule import RATE
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.stream import Arrival
 from app.sensing.wire import binary
@@ -42,7 +41,9 @@ SETTLE = 1.0  # [s] after the start that is not timed: caches fill, the clock is
 START = 60.0  # [s] for the other process to come up
 DRAIN = 0.3  # [s] after the last frame was said
 WRAP = 1 << 32  # [us]
-STATUS = np.full(SLOTS, VALID, dtype=np.uint8)
+RATE = 15.0  # [Hz] of every sensor
+GRID = (8, 8)
+STATUS = np.full(GRID[0] * GRID[1], VALID, dtype=np.uint8)
 
 
 def bench_serial(setup: Setup, seconds: float) -> Report:
@@ -151,15 +152,15 @@ def send_patterns(link: Path, count: int, seconds: float, pipe: Connection) -> N
             clock.sleep_until(due)
             k, n = said % count, (said // count) % (1 << 16)
             t_us = round(clock.now() * 1e6) % WRAP
-            port.write(binary.encode(RawFrame(k, n, t_us, 8, pattern(k, n), STATUS)))
+            port.write(binary.encode(RawFrame(k, n, t_us, GRID, pattern(k, n), STATUS)))
             said += 1
         pipe.send((said, port.lost))
         pipe.recv()
 
 
 def pattern(sensor: int, sequence: int) -> NDArray[np.int16]:
-    """Distances (64,) [mm] that only this frame of this sensor has."""
-    zone = np.arange(SLOTS)
+    """Distances (n,) [mm] that only this frame of this sensor has."""
+    zone = np.arange(len(STATUS))
     return (600 + (37 * sensor + 101 * sequence + 13 * zone) % 1009).astype(np.int16)
 
 

@@ -11,12 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from app.messages import SLOTS, SensorFrame
+from app.bench.perception import frames_of
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.report import Check, Report
 from app.runtime import Engine
-from app.sensing.schedule import RATE
 from app.timing import ManualClock, Ticker, WallClock
 from app.wiring import Setup, build_engine
 
@@ -56,18 +56,16 @@ def bench_tick(setup: Setup, seconds: float = 5.0) -> Report:
 
 def _full_set(engine: Engine, repeats: int = 200) -> list[float]:
     """Every sensor's frame at one posture through self filter and closest pairs."""
-    robot, skin, params = engine.robot, engine.skin, engine.brain.params
+    robot, skin, rules = engine.robot, engine.skin, Rules()
     posture = robot.posture(robot.home)
     cloud, body = SkinCloud(robot, skin, engine.cell), BodyPairs(robot)
     rng = np.random.default_rng(0)
-    status, targets = np.full(SLOTS, 5, dtype=np.uint8), np.ones(SLOTS, dtype=np.uint8)
     times = []
     for i in range(repeats):
-        depth = rng.uniform(0.1, 2.0, (skin.count, SLOTS))
-        frames = [SensorFrame(k, i / RATE, i, depth[k], status, targets) for k in range(skin.count)]
+        frames = frames_of(skin, rng.uniform(0.1, 2.0, skin.slots), i / 15.0)
         begin = time.perf_counter()
-        cloud.take(frames, posture, params)
-        body.update(cloud.view(i / RATE, params), posture)
+        cloud.add_frames(frames, posture, rules)
+        body.update(cloud.view(i / 15.0), posture)
         times.append(time.perf_counter() - begin)
     return times[10:]
 

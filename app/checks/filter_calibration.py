@@ -6,18 +6,17 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.checks.trusted import trusted
-from app.config import Params
 from app.errors import SensorError
 from app.messages import SensorFrame
 from app.perception.calibration import BINS, suggest
+from app.perception.cloud import corrected
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.report import Report
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.replay import read_recording
-from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
@@ -27,20 +26,22 @@ POSTURES = 100  # of a simulated calibration
 
 
 class Samples:
-    """What a skin's zones saw of the robot itself: link, gap [m], depth [m], across an edge."""
+    """What a skin's zones saw of the robot itself: link, gap and noise [m], across an edge."""
 
-    def __init__(self, robot: Robot, skin: Skin, params: Params) -> None:
-        self._skin, self._params, self._filter = skin, params, SelfFilter(robot, skin)
+    def __init__(self, robot: Robot, skin: Skin, rules: Rules) -> None:
+        self._skin, self._rules, self._filter = skin, rules, SelfFilter(robot, skin)
         self._parts: list[tuple[NDArray[Any], ...]] = [(np.empty(0),) * 4]
 
     def add(self, frame: SensorFrame, posture: Posture) -> None:
         """The trusted zones of a frame in whose way the robot lies."""
-        k, distance = np.array([frame.sensor]), frame.distance[None]
-        if self._skin.ranges is not None:
-            distance = self._skin.ranges.corrected(k, distance)
-        seen = self._filter.judge(k, distance, posture, self._params)
-        good = trusted(frame) & (seen.link[0] >= 0)
-        columns = (seen.link[0], seen.gap[0], distance[0], seen.edge[0])
+        skin, k, mine = self._skin, frame.sensor, self._skin.zones(frame.sensor)
+        reported = np.zeros(skin.slots)
+        reported[mine] = corrected(skin, np.arange(skin.slots)[mine], frame.distance)
+        seen = self._filter.judge(np.array([k]), reported, posture, self._rules)
+        good = np.isfinite(skin.believed(k, frame.distance, frame.status, frame.targets))
+        good &= seen.link[mine] >= 0
+        noise = skin.sensors[k].type.noise(reported[mine])
+        columns = (seen.link[mine], seen.gap[mine], noise, seen.edge[mine])
         self._parts.append(tuple(column[good] for column in columns))
 
     def near(self, away: float) -> tuple[NDArray[Any], ...]:
@@ -50,34 +51,25 @@ class Samples:
         return tuple(column[use] for column in columns)
 
 
-def calibrate(
-    robot_name: str,
-    recording: str,
-    skin_file: str = "",
-    seed: int = 0,
-    ranges: Path | None = None,
-) -> Report:
+def calibrate(setup: Setup, recording: str) -> Report:
     """Thresholds of every link that the sensors see.
 
+    setup:     the robot, its skin, the seed, and the table of the zones' errors, taken off first.
     recording: 'simulated', or PATH[@SENSOR] of an arm at rest at home with nothing near.
-    ranges:    table of the zones' errors, taken off first.
     """
-    setup = Setup(robot=robot_name, skin=skin_file, ranges=ranges)
     robot, skin = build_robot_and_skin(setup)
-    params = Params()
-    samples = Samples(robot, skin, params)
+    rules = Rules()
+    samples = Samples(robot, skin, rules)
     if recording == "simulated":
-        _simulate(samples, robot, skin, seed)
+        _simulate(samples, robot, skin, setup.seed)
     else:
         _replay(samples, robot, skin, recording)
-    link, gap, depth, edge = samples.near(AROUND)
+    link, gap, noise, edge = samples.near(AROUND)
     if not len(gap):
         raise SensorError(
             f"{recording}: no zone sees the robot at home; record an arm whose sensors see it"
         )
-    found = suggest(
-        robot.links, link.astype(np.int16), gap, depth, edge.astype(bool), params.eps_sigmas
-    )
+    found = suggest(robot.links, link.astype(np.int16), gap, noise, edge.astype(bool))
     rows: list[dict[str, Any]] = [
         {
             "name": s.link, "returns": s.returns, "eps_m": s.eps, "eps_edge_m": s.edge,
@@ -92,7 +84,7 @@ def calibrate(
             values = ", ".join(f"{name} = {eps:.4f}" for name, eps in known.items())
             field = "eps_m" if key == "eps" else "eps_edge_m"
             rows.append({"name": "for robot.toml", "line": f"{field} = {{ {values} }}"})
-    return Report("calibrate-filter", seed, rows)
+    return Report("calibrate-filter", setup.seed, rows)
 
 
 def histogram_text(histogram: Any) -> str:
@@ -105,11 +97,11 @@ def histogram_text(histogram: Any) -> str:
 def _simulate(samples: Samples, robot: Robot, skin: Skin, seed: int) -> None:
     """The arm alone, in postures around home."""
     eye = SimulatedSkin(robot, skin, World(()), seed, latency=0.0)
-    rng = np.random.default_rng(seed)
+    rng, period = np.random.default_rng(seed), max(s.type.period for s in skin.sensors)
     for i in range(POSTURES):
         posture = robot.posture(robot.home + rng.uniform(-1.5, 1.5, robot.n))
         for j in range(skin.count):  # one whole round of the staggered sensors
-            for frame in eye.poll((i + j / skin.count) / RATE, posture):
+            for frame in eye.poll((i + j / skin.count) * period, posture):
                 samples.add(frame, posture)
 
 

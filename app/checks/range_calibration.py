@@ -4,16 +4,15 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from app.checks.trusted import trusted_depth
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
 from app.report import Report
 from app.robot.model import Robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
-from app.robot.skin import Skin, zone_directions
+from app.robot.skin import Skin, zone_centres
 from app.sensing.replay import read_recording
-from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
@@ -23,33 +22,32 @@ DISTANCES = (0.05, 0.1, 0.2, 0.6)  # [m] of the simulated walls
 SQUARE = 2.0  # [degrees] a wall may be turned
 
 
-def calibrate_ranges(
-    robot_name: str, recording: str, distance: float, file: Path, seed: int = 0
-) -> Report:
+def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) -> Report:
     """Add walls to the table in `file`: one recorded, PATH[@SENSOR] at `distance` [m], or, with
-    'simulated', those of all sensors of the simulation with this seed.
+    'simulated', those of all sensors of the simulation with the setup's seed.
     """
-    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
-    table = load_ranges(file, skin.count) if file.exists() else None
+    robot, skin = build_robot_and_skin(setup)
+    table = load_ranges(file, skin.slots) if file.exists() else None
     if recording == "simulated":
-        walls = simulated_walls(robot, skin, seed)
+        walls = simulated_walls(robot, skin, setup.seed)
     else:
         if not distance > 0.0:
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
         path, _, name = recording.partition("@")
-        r = read_recording(Path(path))
-        walls = [(skin.index(name) if name else 0, distance, trusted_depth(r))]
+        r, k = read_recording(Path(path)), skin.index(name) if name else 0
+        walls = [(k, distance, skin.believed(k, r.distance, r.status, r.targets))]
     rows = []
     for k, d, depth in walls:
         rows.append({"name": skin.sensors[k].name} | _row(skin, k, d, depth))
-        table = with_wall(table, skin.count, k, d, wall_offset(depth, d))
+        offset = wall_offset(depth * skin.depth[skin.zones(k)], d)
+        table = with_wall(table, skin.first, k, d, offset)
     assert table is not None
     save_ranges(file, table)
-    return Report("calibrate-ranges", seed, rows)
+    return Report("calibrate-ranges", setup.seed, rows)
 
 
 def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, float, Array]]:
-    """Sensor, distance [m] and frames (F, 64) [m] of walls shown square to every sensor."""
+    """Sensor, distance [m] and reports (F, n) [m] of walls shown square to every sensor."""
     world, posture, out = World(()), robot.posture(robot.home), []
     world.add("wall", {"kind": "box", "size_m": [3.0, 3.0, 0.01]}, (0, 0, 0))
     eye = SimulatedSkin(robot, skin, world, seed, latency=0.0)
@@ -62,32 +60,31 @@ def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, floa
             world.move("wall", posture.T_base_link[skin.link[k]] @ sensor.T_link_sensor @ place)
             frames: list[SensorFrame] = []
             while len(frames) < FRAMES:
-                now += 1.0 / RATE
+                now += sensor.type.period
                 frames += eye.poll(now, posture)
-            out.append((k, distance, np.array([trusted_depth(f) for f in frames])))
+            seen = [skin.believed(k, f.distance, f.status, f.targets) for f in frames]
+            out.append((k, distance, np.array(seen)))
     return out
 
 
-def table_of(walls: list[tuple[int, float, Array]], count: int) -> RangeTable:
-    """All walls in one table."""
+def table_of(walls: list[tuple[int, float, Array]], first: NDArray[np.int64]) -> RangeTable:
+    """All walls, depths (F, n) along the axis, in one table; first: (K + 1,) as the skin's."""
     table = None
     for k, distance, depth in walls:
-        table = with_wall(table, count, k, distance, wall_offset(depth, distance))
+        table = with_wall(table, first, k, distance, wall_offset(depth, distance))
     assert table is not None
     return table
 
 
 def _row(skin: Skin, k: int, distance: float, depth: Array) -> dict[str, Any]:
-    offset = wall_offset(depth, distance)
+    offset = wall_offset(depth * skin.depth[skin.zones(k)], distance)
     known = np.isfinite(offset)
     if not known.any():
         raise SensorError(
             f"{skin.sensors[k].name}: no zone sees the wall at {distance:g} m; show it a flat, "
             "light wall for at least two seconds"
         )
-    n = skin.sensors[k].resolution
-    row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
-    rays = zone_directions(skin.sensors[k], row, column)[known[: n * n]]
+    rays = zone_centres(skin.sensors[k])[known]
     z = distance - offset[known]
     slope = np.linalg.lstsq(np.c_[np.ones(len(z)), z[:, None] * rays[:, :2]], z, rcond=None)[0]
     tilt = float(np.degrees(np.arctan(np.hypot(slope[1], slope[2]))))

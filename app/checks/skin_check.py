@@ -13,11 +13,11 @@ from typing import Any
 import numpy as np
 
 from app.checks.skin_port import record_port
-from app.checks.trusted import trusted_depth
 from app.errors import SensorError
 from app.messages import Array
 from app.report import Check, Report
-from app.robot.skin import FIELD_OF_VIEW, Sensor, Skin, range_noise, zone_directions
+from app.robot.sensor_type import PERPENDICULAR, RADIAL
+from app.robot.skin import Sensor, Skin, zone_centres
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
@@ -30,56 +30,54 @@ FEWEST = 20  # zones of a wall, or frames of a hand
 LOOSE = 0.6  # share of the way that a hand's track must go along its axis
 
 
-def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: int = 0) -> Report:
+def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
-    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
+    robot, skin = build_robot_and_skin(setup)
     port = recording.removeprefix("serial:")
     path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count
     if port != recording:
         k, depth = record_port(port, robot, skin, what, WallClock(), _prompt)
     elif recording.startswith("simulated"):
-        depth = simulate(robot, skin, k, what, seed)
+        depth = simulate(robot, skin, k, what, setup.seed)
     else:
-        depth = trusted_depth(read_recording(Path(path)))
+        r = read_recording(Path(path))
+        depth = skin.believed(k, r.distance, r.status, r.targets)
     sensor = skin.sensors[k]
     row = judge_wall(depth, sensor) if what == "wall" else judge_hand(depth, sensor)
     ok = float(bool(row.pop("agrees")))
     check = Check("agrees with the layout", ok, "", 1.0, at_least=True)
-    return Report(f"skin check {what}", seed, [{"name": sensor.name} | row], [check])
+    return Report(f"skin check {what}", setup.seed, [{"name": sensor.name} | row], [check])
 
 
 def judge_wall(depth: Array, sensor: Sensor) -> dict[str, Any]:
-    """Which reading of the ranges (F, 64) makes a plane: depth along the axis, or the ray's?"""
-    n = sensor.resolution
-    row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
-    axial = zone_directions(sensor, row, column)
+    """Which reading of the ranges (F, n) makes a plane: depth along the axis, or the ray's?"""
+    axial = zone_centres(sensor)
     radial = axial / np.linalg.norm(axial, axis=1, keepdims=True)
-    enough = np.isfinite(depth[:, : n * n]).sum(axis=0) >= max(1, len(depth) // 2)
+    enough = np.isfinite(depth).sum(axis=0) >= max(1, len(depth) // 2)
     if enough.sum() < FEWEST:
         raise SensorError(f"{int(enough.sum())} zones see a wall; hold it nearer, {FEWEST} need to")
-    z = np.nanmedian(depth[:, : n * n][:, enough], axis=0)
+    z = np.nanmedian(depth[:, enough], axis=0)
     rms = {
         name: _off_plane(z[:, None] * rays[enough])
-        for name, rays in (("axial", axial), ("radial", radial))
+        for name, rays in ((PERPENDICULAR, axial), (RADIAL, radial))
     }
     best = min(rms, key=lambda name: rms[name])
     other = max(rms.values()) / max(rms[best], 1e-9)
     said = best if other > SURE else "uncertain"
     return {
-        "convention": said, "axial_rms_m": rms["axial"], "radial_rms_m": rms["radial"],
-        "zones": int(enough.sum()), "agrees": said == "axial",
+        "convention": said, "perpendicular_rms_m": rms[PERPENDICULAR], "radial_rms_m": rms[RADIAL],
+        "zones": int(enough.sum()), "agrees": said == sensor.type.range,
     }  # fmt: skip
 
 
 def judge_hand(depth: Array, sensor: Sensor) -> dict[str, Any]:
     """How the zones are mirrored and turned, from a hand that goes right, then down."""
-    n = sensor.resolution
     track = []
-    for frame in depth[:, : n * n]:
+    for frame in depth:
         if np.isfinite(frame).any():
-            near = frame <= np.nanmin(frame) + 0.05 + range_noise(np.nanmin(frame))
-            row, column = np.divmod(np.flatnonzero(near), n)
+            near = frame <= np.nanmin(frame) + 0.05 + sensor.type.noise(np.nanmin(frame))
+            row, column = np.divmod(np.flatnonzero(near), sensor.type.columns)
             track.append((column.mean(), row.mean()))
         else:
             track.append((np.nan, np.nan))
@@ -106,7 +104,7 @@ def judge_hand(depth: Array, sensor: Sensor) -> dict[str, Any]:
 
 
 def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
-    """Depths (F, 64) [m] of sensor k before a wall, or a ball that goes right, then down."""
+    """Reports (F, n) [m] of sensor k before a wall, or a ball that goes right, then down."""
     posture = robot.posture(robot.home)
     T = posture.T_base_link[skin.link[k]] @ skin.sensors[k].T_link_sensor
     world = World(())
@@ -119,7 +117,8 @@ def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
         places = [T @ tilt] * 30
         name = "wall"
     else:
-        reach = 0.4 * np.tan(0.4 * FIELD_OF_VIEW)
+        view = np.radians(min(skin.sensors[k].type.field_of_view_deg))
+        reach = 0.4 * np.tan(0.4 * view)
         name = "hand"
         world.add(name, {"kind": "sphere", "radius_m": 0.04}, (0, 0, 0))
         places = []
@@ -128,13 +127,13 @@ def simulate(robot: Any, skin: Skin, k: int, what: str, seed: int) -> Array:
                 at = np.eye(4)
                 at[axis, 3], at[2, 3] = share * reach, 0.4
                 places.append(T @ at)
-    eye = SimulatedSkin(robot, skin, world, seed, ErrorModel(zone_bias=0.005), latency=0.0)
+    eye = SimulatedSkin(robot, skin, world, seed, ErrorModel(bias=1.0 / 3.0), latency=0.0)
     out = []
     for i, place in enumerate(places):
         world.move(name, place)
         for f in eye.poll(i / 15.0, posture) + eye.poll((i + 0.999) / 15.0, posture):
             if f.sensor == k:
-                out.append(trusted_depth(f))
+                out.append(skin.believed(k, f.distance, f.status, f.targets))
     return np.array(out)
 
 

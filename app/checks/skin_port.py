@@ -4,7 +4,6 @@ from collections.abc import Callable
 
 import numpy as np
 
-from app.checks.trusted import trusted_depth
 from app.errors import SensorError
 from app.messages import Array
 from app.robot.model import Robot
@@ -32,7 +31,7 @@ def record_port(
     prompt: Callable[[str], None],
     seconds: float = 4.0,
 ) -> tuple[int, Array]:
-    """The sensor that `text` names and its depths (F, 64) [m], NaN where nothing is seen.
+    """The sensor that `text` names and its reports (F, n) [m], NaN where nothing is seen.
 
     `prompt` gets a sentence for the person before each part, which lasts `seconds`.
     """
@@ -50,7 +49,7 @@ def record_port(
             while clock.now() < end:
                 for f in source.poll(clock.now(), posture):
                     if f.sensor == k:
-                        depth.append(trusted_depth(f))
+                        depth.append(skin.believed(k, f.distance, f.status, f.targets))
                 clock.sleep_until(clock.now() + LOOK)
         words = dict(source.inputs(clock.now()))[specs[0].port]
     finally:

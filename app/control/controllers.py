@@ -11,7 +11,8 @@ from app.control.keep_out import KeepOut
 from app.control.limits import braked
 from app.control.registry import kinds
 from app.control.stuck import Stuck
-from app.messages import Array, Command, JointState, Needs, freeze
+from app.messages import Array, Command, JointState, freeze
+from app.needs import Needs
 from app.robot.model import Robot
 
 AT_THE_CELL = "held off the known cell"
@@ -56,7 +57,7 @@ class Controllers:
             qd = self._keep_out.allowed(command.qd, now)
             if qd is not command.qd:
                 command = replace(command, qd=freeze(qd), reason=command.reason or AT_THE_CELL)
-        self._stuck.see(tool, now.pairs, command, now.params.escape, stamp)
+        self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp)
         if self._stuck.words and not command.reason:
             command = replace(command, reason=self._stuck.words)
         return command

@@ -33,7 +33,7 @@ class KeepOut:
 
         Raises FlinchError when none is found.
         """
-        step = next_step(self._robot, now.joints.q, now.params.speed, now.dt, now.applied)
+        step = next_step(self._robot, now.joints.q, now.params.joint_speed, now.dt, now.applied)
         # what was asked for keeps the limits already, by a rule of its own where they conflict
         step = step._replace(low=np.minimum(step.low, asked), high=np.maximum(step.high, asked))
         sheet = empty_sheet(MOST, self._robot.n)

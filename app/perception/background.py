@@ -38,7 +38,7 @@ class Background:
         self._forget_preview()
         self._half, self._until = now + seconds / 2, now + seconds
 
-    def take(self, points: Array, now: float) -> None:
+    def count_points(self, points: Array, now: float) -> None:
         """Kept points (n, 3) [m] of one frame, base frame."""
         if self.learning:
             half = self._seen if now < self._half else self._later

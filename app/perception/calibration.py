@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array
-from app.robot.skin import range_noise
+from app.perception.casting import SIGMAS
 
 QUANTILE = 0.9997  # of the self returns that stay within the threshold
 LEAST = 200  # returns that a link's suggestion needs
@@ -38,15 +38,15 @@ def suggest(
     links: tuple[str, ...],
     link: NDArray[np.int16],
     gap: Array,
-    depth: Array,
+    noise: Array,
     edge: NDArray[np.bool_],
-    sigmas: float,
 ) -> list[Suggestion]:
-    """One suggestion a link from self returns (n,): link hit, gap and depth [m], across an edge."""
+    """One suggestion a link from self returns (n,): link hit, gap [m], standard deviation of the
+    reported distance [m], across an edge."""
     out = []
     for i, name in enumerate(links):
         mine = link == i
-        rest = gap - sigmas * range_noise(depth)
+        rest = gap - SIGMAS * noise
         inside, across = (_quantile(rest[mine & which]) for which in (~edge, edge))
         histogram = np.histogram(gap[mine], BINS)[0]
         out.append(Suggestion(name, inside, across, int(mine.sum()), histogram))

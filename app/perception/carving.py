@@ -6,12 +6,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import SLOTS, Array, Verdict
+from app.messages import Array, Verdict
 from app.perception.voxels import MOVING, SPREAD, UNDECIDED, Voxels, remove
-from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
+from app.robot.traits import noise_of
 
 MARGIN, SIGMAS = 0.08, 3.0  # [m] and multiples of the noise that a ray stops short of its depth
 WITHOUT_ECHO = 0.5  # [m] that a zone without a target is taken to be free
+NEAREST = 0.02  # [m] from the lens: before it nothing is carved
 KEPT, STATIC_CELL, SELF, BEHIND, NO_TARGET = (
     int(x) for x in (Verdict.KEPT, Verdict.STATIC, Verdict.SELF, Verdict.BEHIND, Verdict.NO_TARGET)
 )
@@ -19,8 +20,29 @@ STRONG, WEAK = 2, 5  # misses until a voxel dies: rays that went on, rays withou
 LEFT = 32  # voxels of one frame that left and whose neighbourhood is looked at
 
 
+class Eyes(NamedTuple):
+    """What is constant of K sensors, their S zones and L links.
+
+    mount: (K,) link of each sensor.   T_link_sensor: (K, 4, 4).   first: (K + 1,) zones.
+    grid:  (K, 2) rows and columns.   pitch: (K, 2) [rad] from row to row and column to column.
+    turn:  (K, 2, 2) from the image plane to (column, row) in the order of the zones.
+    depth: (S,) depth along the axis per reported distance.   noise: (K, 2), see `Traits`.
+    box:   (2, L, 3) [m] low and high corners of the links' boxes, link frame.
+    """
+
+    mount: NDArray[np.int64]
+    T_link_sensor: Array
+    first: NDArray[np.int64]
+    grid: NDArray[np.int64]
+    pitch: Array
+    turn: Array
+    depth: Array
+    box: Array
+    noise: Array
+
+
 class Sight(NamedTuple):
-    """What one frame says of its zones (64,).
+    """What one frame says of its zones (n,).
 
     echo:  [m] depth of it, +inf without one, NaN where the zone says nothing.
     past:  [m] depth up to which it has looked past, -inf where it says nothing.
@@ -35,89 +57,90 @@ class Sight(NamedTuple):
 
 
 @compiled
-def no_sight() -> Sight:
-    """Room for what a frame says."""
-    return Sight(
-        np.empty(SLOTS), np.empty(SLOTS), np.empty(SLOTS), np.empty(SLOTS, dtype=np.bool_)
-    )  # fmt: skip
-
-
-@compiled
-def look_along(
+def what_is_free(
+    k: int,
     points: Array,
     verdict: NDArray[np.uint8],
     gap: Array,
     T_sensor_base: Array,
-    size: int,
-    sight: Sight,
-) -> None:
-    """Write what a frame says; arrays are (64,) and (64, 3) of one sensor.
+    eyes: Eyes,
+) -> Sight:
+    """What the frame of sensor k says; points (S, 3), verdict and gap (S,) are a cloud's.
 
     Clear is it up to the nearest echo of a zone and its eight neighbours: zones at an edge see
     both sides of it.
     """
-    T = T_sensor_base
-    for zone in range(size * size):
-        kind, p = verdict[zone], points[zone]
-        sight.echo[zone], sight.weak[zone] = np.nan, kind == NO_TARGET
-        if kind == NO_TARGET:
-            sight.echo[zone] = np.inf
-        elif kind in (KEPT, STATIC_CELL, SELF, BEHIND):
-            echo = T[2, 0] * p[0] + T[2, 1] * p[1] + T[2, 2] * p[2] + T[2, 3]
-            if kind in (SELF, BEHIND):
-                echo = min(echo, echo + gap[zone])  # never beyond the body
-            sight.echo[zone] = echo
-    for zone in range(size * size):
+    first, rows, columns = eyes.first[k], eyes.grid[k, 0], eyes.grid[k, 1]
+    n, T, floor, share = rows * columns, T_sensor_base, eyes.noise[k, 0], eyes.noise[k, 1]
+    sight = Sight(np.empty(n), np.empty(n), np.empty(n), np.empty(n, dtype=np.bool_))
+    for zone in range(n):
+        slot = first + zone
+        x, y, z = points[slot, 0], points[slot, 1], points[slot, 2]
+        depth = T[2, 0] * x + T[2, 1] * y + T[2, 2] * z + T[2, 3]
+        sight.weak[zone] = verdict[slot] == NO_TARGET
+        sight.echo[zone] = _echo(verdict[slot], depth, gap[slot] * eyes.depth[slot])
+    for zone in range(n):
         sight.past[zone] = sight.clear[zone] = -np.inf
         if np.isnan(sight.echo[zone]):
             continue
         nearest = WITHOUT_ECHO if sight.weak[zone] else np.inf
-        row, column = zone // size, zone % size
-        for r in range(max(0, row - 1), min(size, row + 2)):
-            for c in range(max(0, column - 1), min(size, column + 2)):
-                if sight.echo[r * size + c] < nearest:
-                    nearest = sight.echo[r * size + c]
-        sight.past[zone], sight.clear[zone] = _before(sight.echo[zone]), _before(nearest)
+        row, column = zone // columns, zone % columns
+        for r in range(max(0, row - 1), min(rows, row + 2)):
+            for c in range(max(0, column - 1), min(columns, column + 2)):
+                if sight.echo[r * columns + c] < nearest:
+                    nearest = sight.echo[r * columns + c]
+        sight.past[zone] = _before(sight.echo[zone], floor, share)
+        sight.clear[zone] = _before(nearest, floor, share)
+    return sight
 
 
 @compiled
-def _before(echo: float) -> float:
+def _echo(verdict: int, depth: float, gap: float) -> float:
+    """Depth [m] along the axis of what a zone saw at `depth`, but never beyond the robot's body,
+    `gap` [m] behind it."""
+    if verdict == NO_TARGET:
+        return np.inf
+    if verdict in (SELF, BEHIND):
+        return min(depth, depth + gap)
+    return depth if verdict in (KEPT, STATIC_CELL) else np.nan
+
+
+@compiled
+def _before(echo: float, floor: float, share: float) -> float:
     """Depth [m] up to which an echo surely says that nothing is there."""
     if echo == np.inf:
         return echo
-    return echo - max(MARGIN, SIGMAS * max(NOISE_FLOOR, NOISE_SHARE * echo))
+    return echo - max(MARGIN, SIGMAS * noise_of(floor, share, echo))
 
 
 @compiled
-def carve(
-    v: Voxels, now: float, T_sensor_base: Array, size: int, pitch: float, turn: Array, sight: Sight
-) -> int:
-    """Note which voxels a frame has looked at and count misses of those that its rays have passed
-    through; the dead are removed.
+def carve(v: Voxels, k: int, now: float, T_sensor_base: Array, eyes: Eyes, sight: Sight) -> int:
+    """Note which voxels the frame of sensor k has looked at and count misses of those that its
+    rays have passed through; the dead are removed.
 
-    T_sensor_base: (4, 4).   turn: (2, 2) takes image coordinates to the order of the zones.
-    Returns how many voxels died.
+    T_sensor_base: (4, 4).   Returns how many voxels died.
     """
     dead = 0
-    limit = np.tan(pitch * size / 2.0)
-    middle = (size - 1) / 2.0
-    farthest = sight.past[: size * size].max()
-    points, T = v.point, T_sensor_base
+    rows, columns = eyes.grid[k, 0], eyes.grid[k, 1]
+    down, across = eyes.pitch[k, 0], eyes.pitch[k, 1]
+    most_down, most_across = np.tan(down * rows / 2.0), np.tan(across * columns / 2.0)
+    farthest = sight.past.max()
+    points, T, turn = v.point, T_sensor_base, eyes.turn[k]
     za, zb, zc, zd = T[2, 0], T[2, 1], T[2, 2], T[2, 3]
     left = np.empty((LEFT, 3))
     for row in range(v.top[0]):
         a, b, c = points[row, 0], points[row, 1], points[row, 2]
         depth = za * a + zb * b + zc * c + zd
-        if not (0.02 <= depth < farthest):  # NaN of a free row neither
+        if not (NEAREST <= depth < farthest):  # NaN of a free row neither
             continue
         x = T[0, 0] * a + T[0, 1] * b + T[0, 2] * c + T[0, 3]
         y = T[1, 0] * a + T[1, 1] * b + T[1, 2] * c + T[1, 3]
-        if abs(x) >= limit * depth or abs(y) >= limit * depth or v.seen[row] >= now:
+        right, below = turn[0, 0] * x + turn[0, 1] * y, turn[1, 0] * x + turn[1, 1] * y
+        outside = abs(right) >= most_across * depth or abs(below) >= most_down * depth
+        if outside or v.seen[row] >= now:
             continue
-        x, y = x / depth, y / depth
-        column = int(np.round(np.arctan(turn[0, 0] * x + turn[0, 1] * y) / pitch + middle))
-        line = int(np.round(np.arctan(turn[1, 0] * x + turn[1, 1] * y) / pitch + middle))
-        zone = min(max(line, 0), size - 1) * size + min(max(column, 0), size - 1)
+        column = _nearest(right / depth, across, columns)
+        zone = _nearest(below / depth, down, rows) * columns + column
         if depth < sight.past[zone]:
             v.looked[row] = now
         if depth < sight.clear[zone] and _missed(v, row, sight.weak[zone]):
@@ -127,6 +150,13 @@ def carve(
             dead += 1
     _suspect(v, left[: min(dead, LEFT)])
     return dead
+
+
+@compiled
+def _nearest(tangent: float, pitch: float, count: int) -> int:
+    """The zone of `count` in a row whose angle atan(tangent) is."""
+    zone = int(np.round(np.arctan(tangent) / pitch + (count - 1) / 2.0))
+    return min(max(zone, 0), count - 1)
 
 
 @compiled

@@ -5,34 +5,39 @@ tick only looks which frames have grown too old.
 """
 
 from collections.abc import Sequence
-from functools import cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.cell.parts import Cell
-from app.config import Params
-from app.messages import SLOTS, Cloud, SensorFrame, Verdict, freeze
+from app.messages import Array, Cloud, SensorFrame, Verdict, freeze
 from app.perception.background import Background
-from app.perception.beams import place
 from app.perception.ghosts import Ghosts
-from app.perception.self_filter import SelfFilter
+from app.perception.placing import Lenses, Reports, place_points
+from app.perception.rules import Rules
+from app.perception.self_filter import SelfFilter, no_judgement
 from app.perception.static_filter import StaticFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-VALID, MERGED = 5, 9  # target statuses: valid, valid with a merged pulse (UM3109)
 KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)  # numpy is slow with an enum
-UNCONFIRMED = (6, 10)  # valid but with no previous target to compare with
 
 
 class SkinCloud:
-    """The newest judged frame of every sensor, in fixed slots."""
+    """The newest judged frame of every sensor, in the skin's slots."""
 
     def __init__(self, robot: Robot, skin: Skin, cell: Cell) -> None:
         self._skin = skin
-        self._mount = skin.link.astype(np.int64)
+        self._slots = np.split(np.arange(skin.slots), skin.first[1:-1])
+        self._lenses = Lenses(
+            skin.first,
+            skin.link.astype(np.int64),
+            skin.origin,
+            skin.reach,
+            skin.traits.limits,
+            skin.traits.worth,
+        )
         self._self_filter = SelfFilter(robot, skin)
         self.static_filter = StaticFilter(cell)
         self._ghosts = Ghosts(skin)
@@ -41,16 +46,17 @@ class SkinCloud:
 
     def reset(self) -> None:
         """Forget every frame."""
-        K, S = self._skin.count, self._skin.count * SLOTS
+        S = self._skin.slots
+        self._reports = Reports(
+            np.zeros(S), np.zeros(S, dtype=np.uint8), np.zeros(S, dtype=np.uint8)
+        )
         self._points = np.full((S, 3), np.nan)
-        self._verdict = np.full(S, Verdict.EMPTY, dtype=np.uint8)
-        self._link = np.full(S, -1, dtype=np.int16)
-        self._gap = np.full(S, np.inf)
-        self._eps = np.full(S, np.nan)
-        self._stamp = np.full(K, -np.inf)
+        self._judged = no_judgement(S)
+        self._judged.verdict[:] = Verdict.EMPTY
+        self._stamp = np.full(self._skin.count, -np.inf)
         self._ghosts.reset()
 
-    def take(self, frames: Sequence[SensorFrame], posture: Posture, params: Params) -> None:
+    def add_frames(self, frames: Sequence[SensorFrame], posture: Posture, rules: Rules) -> None:
         """Judge `frames`, all measured at `posture`; of two of one sensor the later one stays.
 
         A frame older than the one already held (reordered on its way) is ignored.
@@ -59,64 +65,48 @@ class SkinCloud:
         if not newest:
             return
         sensors = np.fromiter(newest, dtype=np.intp)
-        chosen = list(newest.values())
-        depth = np.array([f.distance for f in chosen])
-        if self._skin.ranges is not None:
-            depth = self._skin.ranges.corrected(sensors, depth)
-        status = np.array([f.status for f in chosen])
-        targets = np.array([f.targets for f in chosen])
-        slots = (sensors[:, None] * SLOTS + np.arange(SLOTS)).ravel()
-
-        judged = self._self_filter.judge(sensors, depth, posture, params)
-        verdict, gap = judged.verdict, judged.gap
-        points = np.empty((*depth.shape, 3))
-        skin = self._skin
-        place(
-            sensors, self._mount, skin.origin, skin.reach, skin.used, posture.T_base_link,
-            depth, status, targets, _trusted(params.accept_merged, params.accept_unconfirmed),
-            params.range_min, params.range_max, verdict, points,
-        )  # fmt: skip
-        flat = points.reshape(-1, 3)
-        known = self.static_filter.inside(flat).reshape(verdict.shape)
-        verdict[known & (verdict == KEPT)] = STATIC
-        self._ghosts.doubt(sensors, depth, verdict, gap, params)
-        self.background.take(points[verdict == KEPT], chosen[-1].stamp)
-
-        self._points[slots] = flat
-        self._verdict[slots] = verdict.ravel()
-        self._link[slots] = judged.link.ravel()
-        self._gap[slots] = gap.ravel()
-        self._eps[slots] = judged.eps.ravel()
+        chosen, slots = newest.values(), np.concatenate([self._slots[k] for k in newest])
+        reports, judged, points = self._reports, self._judged, self._points
+        distance = np.concatenate([f.distance for f in chosen])
+        reports.distance[slots] = corrected(self._skin, slots, distance)
+        reports.status[slots] = np.concatenate([f.status for f in chosen])
+        reports.targets[slots] = np.concatenate([f.targets for f in chosen])
         self._stamp[sensors] = [f.stamp for f in chosen]
+        self._self_filter.judge(sensors, reports.distance, posture, rules, judged)
+        place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
+        known = slots[self.static_filter.inside(points[slots])]
+        judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
+        self._ghosts.doubt(sensors, reports.distance, judged.verdict, judged.gap, rules)
+        if self.background.learning:
+            kept = slots[judged.verdict[slots] == KEPT]
+            self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)
 
     def newest(self) -> Cloud:
-        """The cloud without regard to age, not copied: it changes with the next `take`."""
-        return Cloud(
-            self._points, self._verdict, self._link, self._gap, self._eps, self._stamp
-        )  # fmt: skip
+        """The cloud without regard to age, not copied: it changes with the next frames."""
+        j = self._judged
+        return Cloud(self._points, j.verdict, j.link, j.gap, j.eps, self._stamp)
 
-    def view(self, now: float, params: Params) -> Cloud:
-        """The cloud as it is at `now` [s]: frames beyond `frame_age` are stale."""
-        verdict = self._verdict.copy()
-        old = now - self._stamp > params.frame_age
+    def view(self, now: float) -> Cloud:
+        """The cloud as it is at `now` [s]: frames too old for their sensor are stale."""
+        judged = self._judged
+        verdict = judged.verdict.copy()
+        old = now - self._stamp > self._skin.traits.oldest
         if old.any():
-            rows = np.repeat(old, SLOTS) & (verdict != Verdict.EMPTY)
+            rows = old[self._skin.sensor_of] & (verdict != Verdict.EMPTY)
             verdict[rows] = Verdict.STALE
         return Cloud(
             points=freeze(self._points.copy()),
             verdict=freeze(verdict),
-            link=freeze(self._link.copy()),
-            gap=freeze(self._gap.copy()),
-            eps=freeze(self._eps.copy()),
+            link=freeze(judged.link.copy()),
+            gap=freeze(judged.gap.copy()),
+            eps=freeze(judged.eps.copy()),
             stamp=freeze(self._stamp.copy()),
         )
 
 
-@cache
-def _trusted(merged: bool, unconfirmed: bool) -> NDArray[np.bool_]:
-    """(256,) by target status: is it trusted?"""
-    out = np.zeros(256, dtype=bool)
-    out[VALID] = True
-    out[MERGED] = merged
-    out[list(UNCONFIRMED)] = unconfirmed
-    return out
+def corrected(skin: Skin, slots: NDArray[np.intp], reported: Array) -> Array:
+    """(n,) reported distances [m] in these slots, less what their zones are known to be off."""
+    if skin.ranges is None:
+        return reported
+    scale = skin.depth[slots]  # walls were square to the axis
+    return skin.ranges.corrected(slots, reported * scale) / scale

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import SLOTS, Array, Verdict
+from app.messages import Array, Verdict
 
 KEPT = int(Verdict.KEPT)
 CHORD = 0.25  # [m] a normal's neighbours lie no farther apart than this
@@ -20,11 +20,14 @@ OLDEST = 0.2  # [s] between two frames of one sensor that are compared
 
 
 class Frames(NamedTuple):
-    """The newest frame of K sensors and the one before, base frame; NaN is nothing.
+    """The newest frame of K sensors and the one before, S zones, base frame; NaN is nothing.
 
-    points: (K, 64, 3) [m], use: (K, 64), normals: (K, 64, 3), stamp: (K,) [s]; old_... likewise.
+    first: (K + 1,) zones of each sensor, grid: (K, 2) its rows and columns.
+    points: (S, 3) [m], use: (S,), normals: (S, 3), stamp: (K,) [s]; old_... likewise.
     """
 
+    first: NDArray[np.int64]
+    grid: NDArray[np.int64]
     points: Array
     use: NDArray[np.bool_]
     normals: Array
@@ -34,23 +37,28 @@ class Frames(NamedTuple):
     old_stamp: Array
 
 
-def no_frames(sensors: int) -> Frames:
+def no_frames(first: NDArray[np.int64], grid: NDArray[np.int64]) -> Frames:
     """Nothing has been seen yet."""
-    points, normals, old_points, old_normals = np.full((4, sensors, SLOTS, 3), np.nan)
-    stamp, old_stamp = np.full((2, sensors), -np.inf)
-    use = np.zeros((sensors, SLOTS), dtype=bool)
-    return Frames(points, use, normals, stamp, old_points, old_normals, old_stamp)
+    points, normals, old_points, old_normals = np.full((4, first[-1], 3), np.nan)
+    stamp, old_stamp = np.full((2, len(grid)), -np.inf)
+    use = np.zeros(first[-1], dtype=bool)
+    return Frames(first, grid, points, use, normals, stamp, old_points, old_normals, old_stamp)
 
 
 @compiled
-def surface_normals(points: Array, use: NDArray[np.bool_], size: int, normals: Array) -> None:
-    """Write unit normals (64, 3) of a frame's `points`, NaN where the surface is not known."""
+def surface_normals(
+    points: Array, use: NDArray[np.bool_], rows: int, columns: int, normals: Array
+) -> None:
+    """Write unit normals (n, 3) of a frame's `points`, NaN where the surface is not known: a zone
+    needs neighbours on all four sides, its own at a border, and in both directions."""
     normals[:] = np.nan
-    for row in range(size):
-        for column in range(size):
-            zone = row * size + column
-            up, down = max(row - 1, 0) * size + column, min(row + 1, size - 1) * size + column
-            left, right = row * size + max(column - 1, 0), row * size + min(column + 1, size - 1)
+    for row in range(rows):
+        for column in range(columns):
+            zone = row * columns + column
+            up, down = (max(row - 1, 0) * columns + column,
+                        min(row + 1, rows - 1) * columns + column)  # fmt: skip
+            left = row * columns + max(column - 1, 0)
+            right = row * columns + min(column + 1, columns - 1)
             if not (use[zone] and use[up] and use[down] and use[left] and use[right]):
                 continue
             ax, ay, az = _minus(points, down, up)
@@ -72,27 +80,28 @@ def _minus(points: Array, a: int, b: int) -> tuple[float, float, float]:
 
 
 @compiled
-def take_frames(
+def renew_frames(
     sensors: NDArray[np.int64],
     cloud: Array,
     verdict: NDArray[np.uint8],
-    taken: Array,
-    size: NDArray[np.int64],
+    measured: Array,
     frames: Frames,
 ) -> None:
-    """The frames of `sensors` (m,) in a cloud with its verdicts, taken at (K,) [s], become the
-    newest; size: (K,) of each sensor. The same frame again changes nothing.
+    """The frames of `sensors` (m,) in a cloud (S, 3) with its verdicts, measured at (K,) [s],
+    become the newest. The same frame again changes nothing.
     """
     for k in sensors:
-        if taken[k] <= frames.stamp[k]:
+        if measured[k] <= frames.stamp[k]:
             continue
-        frames.old_points[k], frames.old_normals[k] = frames.points[k], frames.normals[k]
+        a, b = frames.first[k], frames.first[k + 1]
+        frames.old_points[a:b], frames.old_normals[a:b] = frames.points[a:b], frames.normals[a:b]
         frames.old_stamp[k] = frames.stamp[k]
-        frames.stamp[k] = taken[k]
-        frames.points[k] = cloud[k * SLOTS : (k + 1) * SLOTS]
-        for zone in range(SLOTS):
-            frames.use[k, zone] = verdict[k * SLOTS + zone] == KEPT
-        surface_normals(frames.points[k], frames.use[k], size[k], frames.normals[k])
+        frames.stamp[k] = measured[k]
+        frames.points[a:b] = cloud[a:b]
+        for zone in range(a, b):
+            frames.use[zone] = verdict[zone] == KEPT
+        rows, columns = frames.grid[k, 0], frames.grid[k, 1]
+        surface_normals(frames.points[a:b], frames.use[a:b], rows, columns, frames.normals[a:b])
 
 
 @compiled
@@ -118,19 +127,19 @@ def solve_flow(centre: Array, guess: Array, now: float, frames: Frames, velocity
 @compiled
 def _around(centre: Array, now: float, frames: Frames) -> tuple[Array, NDArray[np.int64]]:
     """Used points (n, 3) of young frames that take part, and the sensor (n,) of each."""
-    room = len(frames.stamp) * SLOTS
+    room = len(frames.use)
     at, who, n = np.empty((room, 3)), np.empty(room, dtype=np.int64), 0
     for k in range(len(frames.stamp)):
         dt = frames.stamp[k] - frames.old_stamp[k]
         if not (0.0 < dt <= OLDEST) or now - frames.stamp[k] > OLDEST:
             continue
-        for zone in range(SLOTS):
-            if frames.use[k, zone]:
+        for zone in range(frames.first[k], frames.first[k + 1]):
+            if frames.use[zone]:
                 far = 0.0
                 for a in range(3):
-                    far += (frames.points[k, zone, a] - centre[a]) ** 2
+                    far += (frames.points[zone, a] - centre[a]) ** 2
                 if far < AROUND * AROUND:
-                    at[n], who[n] = frames.points[k, zone], k
+                    at[n], who[n] = frames.points[zone], k
                     n += 1
     return at[:n], who[:n]
 
@@ -149,9 +158,9 @@ def _match(
     for i in range(len(who)):
         k = who[i]
         dt = frames.stamp[k] - frames.old_stamp[k]
-        old, normals = frames.old_points[k], frames.old_normals[k]
+        old, normals = frames.old_points, frames.old_normals
         best, match = NEAR * NEAR, -1
-        for j in range(SLOTS):
+        for j in range(frames.first[k], frames.first[k + 1]):
             if normals[j, 0] != normals[j, 0]:
                 continue
             d = 0.0

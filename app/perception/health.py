@@ -7,30 +7,33 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import SLOTS, Array, SensorFrame, SensorHealth
+from app.messages import Array, SensorFrame, SensorHealth
+from app.robot.skin import Skin
+from app.robot.traits import Traits
 
 FORGET = 0.1  # weight of the newest frame in the running means
-USABLE = np.zeros(256, dtype=bool)  # by status: usable, or honestly nothing there
-USABLE[[5, 6, 9, 10, 255]] = True
 POOR_SHARE = 0.5  # more bad zones than this, on average, is poor
 REPEATS = 8  # frames in a row with the same values in every zone: noise alone would differ
-FEW = 8  # zones with a target below which sameness says nothing
+FEW = 8  # zones with a target below which sameness says nothing: so few may repeat by chance
 AT_LENS, COVERED_SHARE = 0.02, 0.5  # [m] and share of zones that make a sensor saturated
 GOOD, SLOW, POOR = int(SensorHealth.GOOD), int(SensorHealth.SLOW), int(SensorHealth.POOR)
 SATURATED, FROZEN = int(SensorHealth.SATURATED), int(SensorHealth.FROZEN)
 STALE, WAITING, ABSENT = (
     int(SensorHealth.STALE), int(SensorHealth.WAITING), int(SensorHealth.ABSENT)
 )  # fmt: skip
-SLOW_RATE = 7.5  # [Hz] half of what an 8x8 sensor can do
+SLOW_SHARE = 0.5  # of the frames a second that a sensor of its type sends
 
 
 class _Figures(NamedTuple):
     """Running figures of K sensors; times in seconds, NaN or -inf before there is one.
 
+    first: (K + 1,) slots of each sensor.   traits: of their types.
     last: stamp of the newest frame.   period, delay: means.   bad, covered: mean shares of zones.
-    same: frames in a row with equal values.   distance: (K, 64) of the newest frame.
+    same: frames in a row with equal values.   distance: (S,) [m] of the newest frames.
     """
 
+    first: NDArray[np.int64]
+    traits: Traits
     last: Array
     period: Array
     delay: Array
@@ -43,13 +46,14 @@ class _Figures(NamedTuple):
 class SkinHealth:
     """Running figures of every sensor."""
 
-    def __init__(self, connected: NDArray[np.bool_]) -> None:
-        self._connected = connected
-        K = len(connected)
+    def __init__(self, skin: Skin) -> None:
+        K = skin.count
+        self._connected: NDArray[np.bool_] = np.zeros(K, dtype=bool)
         self._figures = _Figures(
+            first=skin.first, traits=skin.traits,
             last=np.full(K, -np.inf), period=np.full(K, np.nan), delay=np.full(K, np.nan),
             bad=np.zeros(K), covered=np.zeros(K), same=np.zeros(K, dtype=np.int64),
-            distance=np.full((K, SLOTS), np.nan),
+            distance=np.full(skin.slots, np.nan),
         )  # fmt: skip
 
     def connect(self, connected: NDArray[np.bool_]) -> None:
@@ -59,12 +63,15 @@ class SkinHealth:
     def update(self, frames: Sequence[SensorFrame], now: float) -> None:
         """Take note of frames that have arrived by `now` [s]."""
         for f in frames:
-            _take(self._figures, f.sensor, f.stamp, now, f.distance, f.status, f.targets)
+            _note_frame(self._figures, f.sensor, f.stamp, now, f.distance, f.status, f.targets)
 
-    def states(self, now: float, allowed_age: float) -> NDArray[np.uint8]:
-        """(K,) of `SensorHealth`: the worst that is known of a sensor is what is told."""
+    def states(self, now: float, with_age: bool = True) -> NDArray[np.uint8]:
+        """(K,) of `SensorHealth`: the worst that is known of a sensor is what is told.
+
+        with_age: is a sensor stale whose last frame is too old for its type?
+        """
         state = np.empty(len(self._connected), dtype=np.uint8)
-        _states(self._figures, self._connected, now, allowed_age, state)
+        _states(self._figures, self._connected, now, with_age, state)
         return state
 
     def rates(self) -> Array:
@@ -96,7 +103,7 @@ class SkinHealth:
 
 
 @compiled
-def _take(
+def _note_frame(
     figures: _Figures,
     k: int,
     stamp: float,
@@ -107,19 +114,20 @@ def _take(
 ) -> None:
     """Take note of a frame of sensor k."""
     covered, usable, some, same = 0, 0, 0, True
-    for zone in range(SLOTS):
+    zones, before = len(distance), figures.distance[figures.first[k] : figures.first[k + 1]]
+    for zone in range(zones):
         covered += targets[zone] > 0 and distance[zone] <= AT_LENS
-        usable += USABLE[status[zone]]
+        usable += figures.traits.honest[k, status[zone]]
         some += targets[zone] > 0
-        same = same and distance[zone] == figures.distance[k, zone]
+        same = same and distance[zone] == before[zone]
     _mean(figures.delay, k, now - stamp)
     gap = stamp - figures.last[k]
     if np.isfinite(gap) and gap > 0.0:
         _mean(figures.period, k, gap)
         figures.same[k] = figures.same[k] + 1 if same and some >= FEW else 0
-        figures.distance[k] = distance
-    figures.covered[k] += FORGET * (covered / SLOTS - figures.covered[k])
-    figures.bad[k] += FORGET * (1.0 - usable / SLOTS - figures.bad[k])
+        before[:] = distance
+    figures.covered[k] += FORGET * (covered / zones - figures.covered[k])
+    figures.bad[k] += FORGET * (1.0 - usable / zones - figures.bad[k])
     figures.last[k] = max(figures.last[k], stamp)
 
 
@@ -135,7 +143,7 @@ def _states(
     figures: _Figures,
     connected: NDArray[np.bool_],
     now: float,
-    allowed_age: float,
+    with_age: bool,
     state: NDArray[np.uint8],
 ) -> None:
     """Write the state (K,) of every sensor."""
@@ -144,7 +152,7 @@ def _states(
             state[k] = ABSENT
         elif not np.isfinite(figures.last[k]):
             state[k] = WAITING
-        elif now - figures.last[k] > allowed_age:
+        elif with_age and now - figures.last[k] > figures.traits.oldest[k]:
             state[k] = STALE
         elif figures.same[k] >= REPEATS:
             state[k] = FROZEN
@@ -153,7 +161,8 @@ def _states(
         elif figures.bad[k] > POOR_SHARE:
             state[k] = POOR
         else:
-            state[k] = SLOW if 1.0 / figures.period[k] < SLOW_RATE else GOOD
+            least = SLOW_SHARE * figures.traits.rate[k]
+            state[k] = SLOW if 1.0 / figures.period[k] < least else GOOD
 
 
 @compiled

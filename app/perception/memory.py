@@ -17,19 +17,17 @@ Current points are always used as they are; a voxel takes part once it is confir
 hit in or beside it.
 """
 
-from typing import NamedTuple
-
 import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import SLOTS, Array, Cloud
+from app.messages import Array, Cloud
 from app.perception import voxels as grid
-from app.perception.carving import KEPT, carve, look_along, no_sight
+from app.perception.carving import KEPT, Eyes, carve, what_is_free
 from app.perception.voxels import MOVING, STATIC, UNDECIDED
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import FIELD_OF_VIEW, Skin
+from app.robot.skin import Skin
 
 CAPACITY = 20_000  # voxels; the oldest make room
 RECENT = 0.3  # [s] what moves is marked if it was seen within
@@ -38,30 +36,21 @@ APART = 0.06  # [m] from the links' boxes: twice the self filter's least thresho
 PARTS = 8  # ticks in which all voxels are reviewed once
 
 
-class Eyes(NamedTuple):
-    """What is constant of K sensors and L links: each sensor's link (K,), pose there (K, 4, 4),
-    resolution (K,), turn of its image (K, 2, 2); low and high corners of the links' boxes
-    (2, L, 3), link frame.
-    """
-
-    mount: NDArray[np.int64]
-    T_link_sensor: Array
-    size: NDArray[np.int64]
-    turn: Array
-    box: Array
-
-
 class Memory:
     """Points of the world in the base frame that need not be in sight."""
 
     def __init__(self, robot: Robot, skin: Skin) -> None:
         corners = [(b.vertices.min(axis=0), b.vertices.max(axis=0)) for b in robot.bodies]
         self._eyes = Eyes(
-            skin.link.astype(np.int64),
-            np.array([s.T_link_sensor for s in skin.sensors]),
-            np.array([s.resolution for s in skin.sensors]),
-            np.array([_turn(s.rotation_deg, s.mirrored) for s in skin.sensors]),
-            np.array(corners).swapaxes(0, 1).copy(),
+            mount=skin.link.astype(np.int64),
+            T_link_sensor=np.array([s.T_link_sensor for s in skin.sensors]),
+            first=skin.first,
+            grid=skin.grid,
+            pitch=np.array([s.type.pitch for s in skin.sensors]),
+            turn=np.array([_turn(s.rotation_deg, s.mirrored) for s in skin.sensors]),
+            depth=skin.depth,
+            box=np.array(corners).swapaxes(0, 1).copy(),
+            noise=skin.traits.noise,
         )
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0
@@ -139,14 +128,13 @@ def _update(
     gap: Array,
     stamp: Array,
 ) -> None:
-    """points (64 K, 3), verdict, gap (64 K,) and stamp (K,) are a cloud's."""
-    sight, T_sensor_base = no_sight(), np.eye(4)
-    use, apart = np.empty(SLOTS, dtype=np.bool_), np.empty(SLOTS, dtype=np.bool_)
+    """points (S, 3), verdict, gap (S,) and stamp (K,) are a cloud's."""
+    T_sensor_base = np.eye(4)
     for k in sensors:
-        first, last, n = k * SLOTS, (k + 1) * SLOTS, eyes.size[k]
-        seen, judged = points[first:last], verdict[first:last]
-        for zone in range(SLOTS):
-            use[zone] = judged[zone] == KEPT
+        first, last = eyes.first[k], eyes.first[k + 1]
+        seen = points[first:last]
+        use, apart = verdict[first:last] == KEPT, np.zeros(last - first, dtype=np.bool_)
+        for zone in range(last - first):
             apart[zone] = use[zone] and grid.is_apart(seen[zone], T_base_link, eyes.box, APART)
         grid.insert(v, seen, use, apart, stamp[k])
         A, B = T_base_link[eyes.mount[k]], eyes.T_link_sensor[k]
@@ -156,5 +144,5 @@ def _update(
                 T_sensor_base[i, j] = A[j, 0] * B[0, i] + A[j, 1] * B[1, i] + A[j, 2] * B[2, i]
                 at = A[j, 0] * B[0, 3] + A[j, 1] * B[1, 3] + A[j, 2] * B[2, 3] + A[j, 3]
                 T_sensor_base[i, 3] -= T_sensor_base[i, j] * at
-        look_along(seen, judged, gap[first:last], T_sensor_base, n, sight)
-        carve(v, stamp[k], T_sensor_base, n, FIELD_OF_VIEW / n, eyes.turn[k], sight)
+        sight = what_is_free(k, points, verdict, gap, T_sensor_base, eyes)
+        carve(v, k, stamp[k], T_sensor_base, eyes, sight)

@@ -1,51 +1,44 @@
 """The paper's Algorithm 1: which zones see the robot itself.
 
 A ray is cast from the lens through each zone. Where it meets the robot's body near the
-measured depth, the zone saw the robot; where the measurement lies well before the body, it
+measured distance, the zone saw the robot; where the measurement lies well before the body, it
 saw something in between. The tree of each link is built once in the link's own frame and
 the rays are moved there. Rays against the sensor's own link and what is fixed to it, such as
 the cover around the sensor, never change and are cast once.
 
 Beyond the paper, and switchable back (`two_sided`, `footprint`):
 - A point well BEHIND the body cannot be an obstacle; it is a wrong pose or multipath.
-- A zone is a cone of 5.6 degrees, 10 cm wide at 1 m, so nine rays stand for it and are
+- A zone is a cone of 5.6 degrees, 10 cm wide at 1 m, so several rays stand for it and are
   weighed as the sensor weighs its returns; otherwise links' edges pass as obstacles.
 
-Depths are compared along the optical axis, which is what the sensor measures.
+Distances are compared as the sensor reports them, along its axis or along its rays.
 """
-
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.config import Params
-from app.messages import SLOTS, Array
-from app.perception.beams import aim, weigh
+from app.messages import Array
+from app.perception.casting import NEAR, Casts, Fan, Hulls, select_rays
+from app.perception.returns import Judgement, Returns, explain_returns
+from app.perception.rules import Rules
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.skin import AROUND, Skin
+from app.robot.skin import Skin
 
-RAYS = 1 + len(AROUND)  # the zone's centre and those around it
+# of links without thresholds of their own (`flinch calibrate-filter`): meshes, poses and the bias
+# of zones together are off by up to 2 cm; below 3 cm edges of links pass as obstacles
+BASE, LEAST = 0.02, 0.03  # [m]
 CALIBRATED = 1e-3  # [m] smallest threshold of a link with one of its own: meshes are no better
 
 
-class Judgement(NamedTuple):
-    """What became of m frames, (m, 64) each.
-
-    verdict: KEPT, SELF or BEHIND.   link: in the zone's way, or -1.
-    gap:     [m] depth of the body minus depth measured; +inf where no body is in the way.
-    eps:     [m] threshold.   edge: the zone lies across an edge of what is in its way.
-    rays:    that stood for the zone: all where a link may explain the point, else the centre's.
-    """
-
-    verdict: NDArray[np.uint8]
-    link: NDArray[np.int16]
-    gap: Array
-    eps: Array
-    edge: NDArray[np.bool_]
-    rays: NDArray[np.uint8]
+def no_judgement(slots: int) -> Judgement:
+    """Room for the judgement of so many zones."""
+    return Judgement(
+        np.zeros(slots, dtype=np.uint8), np.full(slots, -1, dtype=np.int16),
+        np.full(slots, np.inf), np.full(slots, np.nan), np.zeros(slots, dtype=np.bool_),
+        np.zeros(slots, dtype=np.uint8),
+    )  # fmt: skip
 
 
 class SelfFilter:
@@ -53,88 +46,103 @@ class SelfFilter:
 
     def __init__(self, robot: Robot, skin: Skin) -> None:
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
-        self._centre = np.array([m.centre for m in robot.rigid])
-        self._radius = np.array([m.radius for m in robot.rigid]) * (1.0 + 1e-6)  # float32 meshes
-        self._low = np.array([b.vertices[np.unique(b.faces)].min(axis=0) for b in robot.bodies])
-        self._high = np.array([b.vertices[np.unique(b.faces)].max(axis=0) for b in robot.bodies])
-        self._own_eps = robot.eps
-        self._link = skin.link.astype(np.int64)
-        self._welded = robot.welded
-        self._origin, self._axis = skin.origin, skin.axis
-        length = np.linalg.norm(skin.reach, axis=1, keepdims=True)
-        rays = np.empty((skin.count, SLOTS, RAYS, 3))
-        rays[:, :, 0] = (skin.reach / length).reshape(-1, SLOTS, 3)
-        rays[:, :, 1:] = skin.around.reshape(-1, SLOTS, RAYS - 1, 3)
-        # unused slots look along the axis: they are never judged, and NaN rays are slow
-        rays = np.where(np.isfinite(rays), rays, skin.axis[:, None, None, :])
-        self._rays = rays.astype(np.float32)
-        self._cosine = np.einsum("kzrc,kc->kzr", rays, skin.axis).astype(np.float32)
-        self._cone = float(np.arccos(self._cosine.min()))
-        self._own_near: float | None = None
-        self._limits_of = np.nan, np.nan
-        self._own = np.empty((0, SLOTS, RAYS), dtype=np.float32)
-        self._own_link = np.empty((0, SLOTS, RAYS), dtype=np.int16)
-        most = len(self._meshes) * skin.count * SLOTS * RAYS
-        self._o, self._d = (np.empty((most, 3), dtype=np.float32) for _ in range(2))
-        self._index, self._hit = np.empty(most, dtype=np.int32), np.empty(most, dtype=np.float32)
+        self._hulls = _hulls(robot)
+        self._fan = _fan(skin)
+        self._own = self._own_returns(robot)
+        self._casts = _room_for_casts(len(self._meshes), len(self._meshes) * self._own.link.size)
 
     def judge(
-        self, sensors: NDArray[np.intp], depth: Array, posture: Posture, params: Params
+        self,
+        sensors: NDArray[np.intp],
+        reported: Array,
+        posture: Posture,
+        rules: Rules,
+        into: Judgement | None = None,
     ) -> Judgement:
-        """Verdict of each zone, and why.
+        """Verdict of each zone of `sensors` (m,), and why, by slot.
 
-        sensors: (m,) indices.   depth: (m, 64) [m], any value where there is no target.
+        reported: (S,) [m] distances, any value where there is no target.   into: written and
+        returned; rows of other sensors stay. Without it they are those of `no_judgement`.
         """
-        rays = RAYS if params.footprint else 1
-        near = params.near_cut
-        if self._own_near != near:
-            self._own, self._own_link = self._own_hits(near)
-            self._own_near = near
-        end = np.empty(len(self._meshes), dtype=np.int64)
-        if self._limits_of != (params.eps_base, params.eps_min):
-            self._limit(params.eps_base, params.eps_min)
-        cast = np.empty(depth.shape, dtype=np.uint8)
-        aim(
-            sensors, rays, near, depth, self._slack, params.eps_sigmas,
-            self._link, self._welded, self._origin, self._axis, self._rays, self._cosine,
-            self._cone, posture.T_base_link, self._centre, self._radius, self._low, self._high,
-            self._o, self._d, self._index, end, cast,
+        judged = no_judgement(len(reported)) if into is None else into
+        casts = self._casts
+        select_rays(
+            sensors, reported, posture.T_base_link, rules.footprint, self._fan, self._hulls,
+            casts, judged.rays,
         )  # fmt: skip
         first = 0
-        for mesh, last in zip(self._meshes, end.tolist(), strict=True):
+        for mesh, last in zip(self._meshes, casts.end.tolist(), strict=True):
             if last > first:
-                t = mesh.cast(self._o[first:last], self._d[first:last])
-                np.add(t, np.float32(near), out=self._hit[first:last])
+                t = mesh.cast(casts.origin[first:last], casts.direction[first:last])
+                np.add(t, np.float32(NEAR), out=casts.hit[first:last])
             first = last
-        out = Judgement(
-            np.empty(depth.shape, dtype=np.uint8), np.empty(depth.shape, dtype=np.int16),
-            np.empty(depth.shape), np.empty(depth.shape), np.empty(depth.shape, dtype=np.bool_),
-            cast,
-        )  # fmt: skip
-        weigh(
-            sensors, rays, depth, self._link, self._own, self._own_link, self._cosine,
-            self._hit, self._index, end, cast, self._base, self._least, params.eps_sigmas,
-            params.two_sided, *out[:5],
-        )  # fmt: skip
-        return out
+        explain_returns(
+            sensors, reported, rules.two_sided, self._fan, self._hulls, self._own, casts, judged
+        )
+        return judged
 
-    def _limit(self, base: float, least: float) -> None:
-        """Thresholds (L, 2) [m] of links that have none of their own are the setting's."""
-        general = np.isnan(self._own_eps)
-        self._base = np.where(general, base, self._own_eps)
-        self._least = np.where(general, least, CALIBRATED)
-        self._slack = max(float(self._base.max()), float(self._least.max()))
-        self._limits_of = base, least
+    def _own_returns(self, robot: Robot) -> Returns:
+        """Where rays end on each sensor's own link and what is fixed to it."""
+        fan = self._fan
+        own = Returns(np.full(fan.report.shape, MISS), np.full(fan.report.shape, -1, np.int16))
+        for k, mount in enumerate(fan.link):
+            mine = slice(fan.first[k], fan.first[k + 1])
+            length, link = own.length[mine], own.link[mine]
+            rays = fan.direction[mine].reshape(-1, 3)
+            for i in np.flatnonzero(self._hulls.fixed[mount]):
+                T = robot.T_link_link(int(i), int(mount))  # a fixed part may have another frame
+                d = rays @ T[:3, :3].T.astype(np.float32)
+                o = (T[:3, :3] @ fan.origin[k] + T[:3, 3]).astype(np.float32)
+                o = o + np.float32(NEAR) * d
+                t = self._meshes[i].cast(o, d).reshape(length.shape) + np.float32(NEAR)
+                link[t < length] = i
+                length[:] = np.minimum(length, t)
+        return own
 
-    def _own_hits(self, near: float) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
-        """Ray lengths (K, 64, 9) to each sensor's own link and what is fixed to it, and which."""
-        own = np.full(self._rays.shape[:3], MISS)
-        link = np.full(own.shape, -1, dtype=np.int16)
-        for k, mount in enumerate(self._link):
-            d = self._rays[k].reshape(-1, 3)
-            o = self._origin[k].astype(np.float32) + np.float32(near) * d
-            for i in np.flatnonzero(self._welded[mount]):
-                t = self._meshes[i].cast(o, d).reshape(SLOTS, RAYS) + np.float32(near)
-                link[k][t < own[k]] = i
-                own[k] = np.minimum(own[k], t)
-        return own, link
+
+def _room_for_casts(links: int, most: int) -> Casts:
+    return Casts(
+        origin=np.empty((most, 3), dtype=np.float32),
+        direction=np.empty((most, 3), dtype=np.float32),
+        zone_ray=np.empty(most, dtype=np.int32),
+        hit=np.empty(most, dtype=np.float32),
+        end=np.empty(links, dtype=np.int64),
+    )
+
+
+def _fan(skin: Skin) -> Fan:
+    """The skin's rays, and margins that are rounded up, so that rounding never culls."""
+    direction, report = skin.rays.astype(np.float32), skin.report
+    unit = skin.rays / report[..., None]  # rays of unit report
+    width = np.linalg.norm(unit - unit[:, :1], axis=2)
+    # beyond a sensor's own rays stand others, along its axis
+    width[np.arange(report.shape[1]) >= skin.ray_count[skin.sensor_of, None]] = 0.0
+    return Fan(
+        first=skin.first, link=skin.link.astype(np.int64), origin=skin.origin, axis=skin.axis,
+        cone=skin.cone, ray_count=skin.ray_count, direction=direction,
+        report=report.astype(np.float32),
+        longest=np.ceil(10.0 * _most(1.0 / report, skin)) / 10.0,
+        width=np.ceil(200.0 * _most(width, skin)) / 200.0,
+        noise=skin.traits.noise, pulse=skin.traits.pulse,
+    )  # fmt: skip
+
+
+def _most(of_rays: Array, skin: Skin) -> Array:
+    """(K,) the largest value (S, R) of each sensor's rays."""
+    return np.asarray(np.maximum.reduceat(of_rays.max(axis=1), skin.first[:-1]))
+
+
+def _hulls(robot: Robot) -> Hulls:
+    """Spheres, boxes and thresholds; a link without thresholds of its own has the general ones."""
+    used = [b.vertices[np.unique(b.faces)] for b in robot.bodies]
+    general = np.isnan(robot.eps)
+    base = np.where(general, BASE, robot.eps)
+    least = np.where(general, LEAST, CALIBRATED)
+    return Hulls(
+        centre=np.array([m.centre for m in robot.rigid]),
+        radius=np.array([m.radius for m in robot.rigid]) * (1.0 + 1e-6),  # float32 meshes
+        low=np.array([v.min(axis=0) for v in used]),
+        high=np.array([v.max(axis=0) for v in used]),
+        fixed=robot.welded, base=base, least=least,
+        slack=np.array([max(base.max(), least.max())]),
+    )  # fmt: skip

@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from app.cell.learned import Learned, cubes_at, grown, hold, keys_of
 from app.cell.parts import Cell
+from app.compiled import compiled
 from app.messages import Array
-from app.perception.beams import inside
 
 
 class StaticFilter:
@@ -30,7 +30,7 @@ class StaticFilter:
 
     def inside(self, points: Array) -> NDArray[np.bool_]:
         """(n,) bool for points (n, 3) [m], base frame; NaN points are nowhere."""
-        out = np.asarray(inside(points, self._T, self._half, self._normal, self._offset))
+        out = np.asarray(_inside(points, self._T, self._half, self._normal, self._offset))
         return out | self._learned(points) if len(self._grown) else out
 
     def _learned(self, points: Array) -> NDArray[np.bool_]:
@@ -38,3 +38,26 @@ class StaticFilter:
         finite = np.isfinite(points).all(axis=1)
         out[finite] = hold(self._grown, keys_of(cubes_at(points[finite])))
         return out
+
+
+@compiled
+def _inside(
+    points: Array, T_base_box: Array, half: Array, normal: Array, offset: Array
+) -> NDArray[np.bool_]:
+    """(n,) is a point in one of the boxes or behind one of the planes? NaN is nowhere."""
+    out = np.zeros(len(points), dtype=np.bool_)
+    for i in range(len(points)):
+        p = points[i]
+        if not (np.isfinite(p[0]) and np.isfinite(p[1]) and np.isfinite(p[2])):
+            continue
+        for b in range(len(half)):
+            T = T_base_box[b]
+            x, y, z = p[0] - T[0, 3], p[1] - T[1, 3], p[2] - T[2, 3]
+            within = True
+            for a in range(3):
+                within &= abs(T[0, a] * x + T[1, a] * y + T[2, a] * z) <= half[b, a]
+            out[i] |= within
+        for b in range(len(offset)):
+            height = normal[b, 0] * p[0] + normal[b, 1] * p[1] + normal[b, 2] * p[2]
+            out[i] |= height <= offset[b]
+    return out

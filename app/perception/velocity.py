@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array, Cloud, Pairs, freeze
-from app.perception.flow import LEAST, Frames, no_frames, solve_flow, take_frames
+from app.perception.flow import LEAST, Frames, no_frames, renew_frames, solve_flow
 from app.robot.skin import Skin
 
 PERIOD = 1.0 / 15.0  # [s] between measurements of a track: one frame of every sensor
@@ -53,19 +53,17 @@ class ObstacleSpeed:
     """Frames in, speed of approach for each row of pairs out."""
 
     def __init__(self, skin: Skin) -> None:
-        self._size = np.array([s.resolution for s in skin.sensors])
+        self._skin = skin
         self.reset()
 
     def reset(self) -> None:
         """Forget frames and tracks."""
-        self._frames = no_frames(len(self._size))
+        self._frames = no_frames(self._skin.first, self._skin.grid)
         self._tracks = _tracks(0)
 
     def take(self, cloud: Cloud, sensors: NDArray[np.intp]) -> None:
         """Take note of the newest frames of `sensors` (m,)."""
-        take_frames(
-            sensors, cloud.points, cloud.verdict, cloud.stamp, self._size, self._frames
-        )  # fmt: skip
+        renew_frames(sensors, cloud.points, cloud.verdict, cloud.stamp, self._frames)
 
     def update(self, pairs: Pairs, now: float) -> Pairs:
         """`pairs` with `approach` (B,) [m/s] filled in."""

@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.errors import SensorError
-from app.messages import SLOTS, Array, freeze
+from app.messages import Array, freeze
 
 OFF, OFF_SHARE = 0.01, 0.08  # [m] and of the distance: no zone is wrong by more
 FEWEST = 10  # good measurements of a zone before its error is believed
@@ -19,27 +20,28 @@ FEWEST = 10  # good measurements of a zone before its error is believed
 
 @dataclass(frozen=True, eq=False)
 class RangeTable:
-    """Corrections of a skin: at (m,) [m], ascending; offset (K, 64, m) [m], true less measured."""
+    """Corrections of a skin: at (m,) [m], ascending; offset (S, m) [m], true less measured, both
+    along the optical axis."""
 
     at: Array
     offset: Array
 
-    def corrected(self, sensors: np.ndarray, depth: Array) -> Array:
-        """Depths (n, 64) [m] of `sensors` (n,) with the errors taken off."""
-        at, offset = self.at, self.offset[sensors]
+    def corrected(self, slots: NDArray[np.intp], depth: Array) -> Array:
+        """Depths (n,) [m] along the axis, in these slots (n,), with the errors taken off."""
+        at, offset = self.at, self.offset[slots]
         if len(at) == 1:
-            return np.asarray(depth * (1.0 + offset[..., 0] / at[0]))
+            return np.asarray(depth * (1.0 + offset[:, 0] / at[0]))
         i = np.clip(np.searchsorted(at, depth) - 1, 0, len(at) - 2)
         share = (depth - at[i]) / (at[i + 1] - at[i])
-        row, zone = np.ogrid[: len(depth), :SLOTS]
-        low, high = offset[row, zone, i], offset[row, zone, i + 1]
+        row = np.arange(len(depth))
+        low, high = offset[row, i], offset[row, i + 1]
         between = low + np.clip(share, 0.0, 1.0) * (high - low)
         beyond = np.maximum(depth / at[-1], 1.0)
         return np.asarray(depth + between * beyond)
 
 
 def wall_offset(depth: Array, distance: float) -> Array:
-    """(64,) [m] to add to each zone's depth, from frames (F, 64) of a wall at `distance` [m].
+    """(n,) [m] to add to each zone's depth, from frames (F, n) of a wall at `distance` [m].
 
     The wall stands square to the sensor, so every zone's true depth is the same. NaN marks
     bad measurements; a zone with too few of them gets NaN, and so does one that is further off
@@ -53,18 +55,19 @@ def wall_offset(depth: Array, distance: float) -> Array:
 
 
 def with_wall(
-    table: RangeTable | None, count: int, k: int, distance: float, offset: Array
+    table: RangeTable | None, first: NDArray[np.int64], k: int, distance: float, offset: Array
 ) -> RangeTable:
-    """The table of `count` sensors with one more wall of sensor k; NaN where nothing is known."""
+    """The table with one more wall of sensor k, `offset` (n,) of its zones; NaN where nothing is
+    known. first: (K + 1,) slots of all sensors."""
     if table is None:
-        table = RangeTable(np.array([distance]), np.full((count, SLOTS, 1), np.nan))
+        table = RangeTable(np.array([distance]), np.full((first[-1], 1), np.nan))
     at, offsets = table.at, table.offset
     i = int(np.searchsorted(at, distance - 1e-6))
     if i == len(at) or abs(at[i] - distance) > 1e-6:
         at = np.insert(at, i, distance)
-        offsets = np.insert(offsets, i, np.nan, axis=2)
+        offsets = np.insert(offsets, i, np.nan, axis=1)
     offsets = offsets.copy()
-    offsets[k, :, i] = offset
+    offsets[first[k] : first[k + 1], i] = offset
     return RangeTable(freeze(at), freeze(offsets))
 
 
@@ -72,7 +75,7 @@ def complete(table: RangeTable) -> RangeTable:
     """NaN replaced: by the zone's neighbouring distances in proportion, by 0 without any."""
     offset = table.offset.copy()
     at = table.at
-    for zone in offset.reshape(-1, len(at)):
+    for zone in offset:
         known = np.isfinite(zone)
         if known.any():
             zone[~known] = at[~known] * np.interp(at[~known], at[known], (zone / at)[known])
@@ -85,13 +88,13 @@ def save_ranges(path: Path, table: RangeTable) -> None:
     """Write a table, one line a zone; NaN stays."""
     head = "range corrections [m] at distances [m]: " + " ".join(f"{d:.4f}" for d in table.at)
     try:
-        np.savetxt(path, table.offset.reshape(-1, len(table.at)), fmt="%.5f", header=head)
+        np.savetxt(path, table.offset, fmt="%.5f", header=head)
     except OSError as e:
         raise SensorError(f"{path}: cannot be written ({e.strerror}); give another") from e
 
 
-def load_ranges(path: Path, count: int) -> RangeTable:
-    """Read what `save_ranges` wrote for a skin of `count` sensors."""
+def load_ranges(path: Path, slots: int) -> RangeTable:
+    """Read what `save_ranges` wrote for a skin of so many zones."""
     try:
         with path.open() as file:
             at = np.array(file.readline().partition(":")[2].split(), dtype=np.float64)
@@ -100,9 +103,9 @@ def load_ranges(path: Path, count: int) -> RangeTable:
         raise SensorError(
             f"{path}: is no table of ranges ({e}); write one with flinch calibrate-ranges"
         ) from e
-    if len(at) == 0 or offset.shape != (count * SLOTS, len(at)) or np.any(np.diff(at) <= 0.0):
+    if len(at) == 0 or offset.shape != (slots, len(at)) or np.any(np.diff(at) <= 0.0):
         raise SensorError(
             f"{path}: has {len(offset)} zones at {len(at)} distances, this skin has "
-            f"{count * SLOTS}; give the file of this skin, or measure it with calibrate-ranges"
+            f"{slots}; give the file of this skin, or measure it with calibrate-ranges"
         )
-    return RangeTable(freeze(at), freeze(offset.reshape(count, SLOTS, len(at))))
+    return RangeTable(freeze(at), freeze(offset))

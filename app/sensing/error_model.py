@@ -1,9 +1,7 @@
-"""What a VL53L8CX makes of the truth: noise, bias, dropout and status codes.
+"""What a sensor makes of the truth: noise, bias, dropout and status codes.
 
-Figures: noise and bias measured on real 8x8 frames with motion-capture ground truth
-(std 0.9 mm at 0.15 m, 9.7 mm at 1.75 m: about max(0.7 mm, 0.65 %)); ranges of 90 % detection
-from the datasheet (DS13754: white 88 % target 3.5 m in the dark and 1.1 m at 5 klux, grey
-17 % target 1.3 m and 0.8 m; corner zones 11 to 15 % less).
+How large they are is a fact of its type (`app.robot.sensor_type`); how much of it shows, in which
+light and on what, is the `ErrorModel`.
 """
 
 from dataclasses import dataclass
@@ -13,21 +11,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import SLOTS, Array
-from app.robot.skin import NOISE_FLOOR, NOISE_SHARE
-from app.sensing.streams import NOTHING, Draws, Streams
+from app.messages import Array
+from app.robot.sensor_type import DetectionTable, SensorType
+from app.sensing.streams import Draws, Streams, no_draws
 
-VALID, MERGED, FIRST, UNCONFIRMED, NO_TARGET = 5, 9, 6, 10, 255
-MERGE_DEPTH = 0.6  # [m] two targets in a zone separate only beyond this
 MOST_BIAS = 0.04  # share of distance; no zone is wrong by more
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class Reading:
-    """The truth of one frame before the error model, (64,) each.
+class Reading(NamedTuple):
+    """The truth of one frame before the error model, (n,) each.
 
-    depth: [m] perpendicular depth of the nearest cluster in the zone, +inf if none.
-    merged: another surface stands less than 0.6 m behind it in the same zone.
+    depth: [m] what an ideal sensor would report of the nearest cluster in the zone, +inf if none.
+    merged: another surface stands so near behind it that the sensor cannot tell them apart.
     label: body link that was hit, -1 the world, -2 nothing.
     pure:  every sub-ray of the zone has the same label.
     """
@@ -38,15 +33,44 @@ class Reading:
     pure: NDArray[np.bool_]
 
 
-class Sizes(NamedTuple):
-    """What the kernel needs of an `ErrorModel`."""
+class Codes(NamedTuple):
+    """The statuses of a type; those that it does not have are `valid`."""
 
-    near_offset: float
-    near_range: float
-    bad_4: float
-    bad_2: float
-    ghosts: float
+    valid: int
+    merged: int
+    first: int
+    unconfirmed: int
+    no_target: int
+
+
+class Flaws(NamedTuple):
+    """What is constant of one simulated sensor.
+
+    farthest: [m] nothing is seen beyond.   noise: (2,) [m] and share of the distance.
+    near:     (2,) [m] offset at the lens, and up to where.   bias: (n,) share of the distance.
+    range_90: (n,) [m] of 90 % detection.   slope: share of it in which detection falls.
+    rejections: (r,) codes; likely: (r,) summed shares.   strays: share of returns from nothing.
+    """
+
+    farthest: float
+    noise: Array
+    near: Array
+    bias: Array
+    range_90: Array
+    slope: float
+    rejections: NDArray[np.uint8]
+    likely: Array
+    strays: float
+    codes: Codes
     ideal: bool
+
+
+class Measured(NamedTuple):
+    """What a frame reports, (n,) each: distance [m], status and number of targets."""
+
+    distance: Array
+    status: NDArray[np.uint8]
+    targets: NDArray[np.uint8]
 
 
 @dataclass(frozen=True)
@@ -55,105 +79,127 @@ class ErrorModel:
 
     reflectance:  of everything in the world, 0.17 (grey) .. 0.88 (white).
     light_klux:   ambient light, 0 .. 5.
-    zone_bias:    1-sigma share of distance that a zone is constantly wrong by.
-    near_offset:  [m] added below `near_range` [m].
-    bad_4, bad_2: share of measurements with a rejected status, as in real logs.
+    bias:         times the bias and the offset near the lens that zones of the type have.
+    rejected:     times the share of measurements with a rejected status.
     ghosts:       share of zones and frames with a near return of good status from nothing.
     ideal:        switch all of it off; only geometry and range limits stay.
     """
 
     reflectance: float = 0.5
     light_klux: float = 0.0
-    zone_bias: float = 0.015
-    near_offset: float = 0.005
-    near_range: float = 0.2
-    bad_4: float = 0.04
-    bad_2: float = 0.02
+    bias: float = 1.0
+    rejected: float = 1.0
     ideal: bool = False
     ghosts: float = 0.0
 
-    def range_90(self, resolution: int) -> Array:
-        """(64,) [m] distance up to which 90 % of the measurements find a target."""
-        dark = 3.5 * (self.reflectance / 0.88) ** 0.602  # through both datasheet targets
-        bright = 1.1 * (self.reflectance / 0.88) ** 0.194
-        share = min(max(self.light_klux / 5.0, 0.0), 1.0)
-        centre = dark + share * (bright - dark)
-        zones = np.full(SLOTS, np.nan)
-        row, column = np.divmod(np.arange(resolution**2), resolution)
-        middle = (resolution - 1) / 2
-        off = np.hypot(row - middle, column - middle) / np.hypot(middle, middle)
-        zones[: resolution**2] = centre * (1.0 - 0.115 * off**2)
-        return zones
+    def flaws(self, kind: SensorType, streams: Streams) -> Flaws:
+        """Those of one sensor; what is drawn for good comes from its `streams`."""
+        e = kind.error
+        drawn = e.bias_share * streams.bias.standard_normal(kind.zones)
+        shares = [self.rejected * r.share for r in e.rejected]
+        return Flaws(
+            farthest=kind.most_m,
+            noise=np.array([e.noise_floor_m, e.noise_share]),
+            near=np.array([self.bias * e.near_offset_m, e.near_offset_below_m]),
+            bias=self.bias * np.clip(drawn, -MOST_BIAS, MOST_BIAS),
+            range_90=self.range_90(kind),
+            slope=kind.detection.slope_share,
+            rejections=np.array([r.status for r in e.rejected], dtype=np.uint8),
+            likely=np.cumsum(np.array(shares, dtype=np.float64)),
+            strays=self.ghosts,
+            codes=_codes(kind),
+            ideal=self.ideal,
+        )
+
+    def range_90(self, kind: SensorType) -> Array:
+        """(n,) [m] distance up to which 90 % of the measurements find a target.
+
+        Through both targets of the datasheet as a power of the reflectance; falls towards the
+        corners as the square of the distance from the middle.
+        """
+        d = kind.detection
+        over_white = self.reflectance / d.white.reflectance
+        dark = d.white.dark_m * over_white ** _exponent(d, d.white.dark_m, d.grey.dark_m)
+        bright = d.white.bright_m * over_white ** _exponent(d, d.white.bright_m, d.grey.bright_m)
+        share = min(max(self.light_klux / d.bright_klux, 0.0), 1.0)
+        row, column = np.divmod(np.arange(kind.zones), kind.columns)
+        middle, centre = (kind.rows - 1) / 2, (kind.columns - 1) / 2
+        off = np.hypot(row - middle, column - centre) / max(np.hypot(middle, centre), 0.5)
+        return np.asarray((dark + share * (bright - dark)) * (1.0 - d.corner_less * off**2))
 
     def measure(
         self,
         truth: Reading,
-        far: float,
-        range_90: Array,
-        bias: Array,
+        flaws: Flaws,
         had_target: NDArray[np.bool_],
         first: bool,
         streams: Streams,
-    ) -> tuple[Array, NDArray[np.uint8], NDArray[np.uint8]]:
-        """Distance [m], status and number of targets, (64,) each, that a frame reports of `truth`.
+    ) -> Measured:
+        """What a frame reports of `truth`.
 
-        far: [m] nothing is seen beyond.   range_90: (64,) as of the method of this name.
-        bias: (64,) share of the distance.   had_target: (64,) in the sensor's last frame; becomes
-        that of this one.   first: of the sensor's frames.   streams: the sensor's own.
+        flaws: of the sensor.   had_target: (n,) in its last frame; becomes that of this one.
+        first: of the sensor's frames.   streams: the sensor's own.
         """
-        distance = np.empty(SLOTS)
-        status, targets = (np.empty(SLOTS, dtype=np.uint8) for _ in range(2))
-        sizes = Sizes(
-            self.near_offset, self.near_range, self.bad_4, self.bad_2, self.ghosts, self.ideal
-        )
-        _measure(
-            truth.depth, truth.merged, far, range_90, bias, had_target, first, sizes,
-            NOTHING if self.ideal else streams.draw(), distance, status, targets,
-        )  # fmt: skip
-        return distance, status, targets
+        n = len(truth.depth)
+        out = Measured(np.empty(n), np.empty(n, dtype=np.uint8), np.empty(n, dtype=np.uint8))
+        draws = no_draws(n) if self.ideal else streams.draw(n)
+        _measure(truth, flaws, had_target, first, draws, out)
+        return out
 
-    def bias(self, streams: Streams) -> Array:
-        """(64,) share of the distance that each zone of a sensor is constantly wrong by."""
-        drawn = self.zone_bias * streams.bias.standard_normal(SLOTS)
-        return np.clip(drawn, -MOST_BIAS, MOST_BIAS)
+
+def _codes(kind: SensorType) -> Codes:
+    s = kind.status
+    merged, first, unconfirmed = (
+        s.valid if code is None else code for code in (s.merged, s.first, s.unconfirmed)
+    )
+    return Codes(s.valid, merged, first, unconfirmed, s.no_target)
+
+
+def _exponent(d: DetectionTable, white: float, grey: float) -> float:
+    """p of range = c * reflectance^p through both targets; a datasheet carries two digits."""
+    return round(float(np.log(white / grey) / np.log(d.white.reflectance / d.grey.reflectance)), 3)
 
 
 @compiled
 def _measure(
-    depth: Array,
-    merged: NDArray[np.bool_],
-    far: float,
-    range_90: Array,
-    bias: Array,
+    truth: Reading,
+    flaws: Flaws,
     had_target: NDArray[np.bool_],
     first: bool,
-    sizes: Sizes,
     draws: Draws,
-    distance: Array,
-    status: NDArray[np.uint8],
-    targets: NDArray[np.uint8],
+    out: Measured,
 ) -> None:
-    for z in range(len(depth)):
-        seen = depth[z] <= far
-        d = depth[z] if seen else 1.0
-        said = MERGED if merged[z] else VALID
-        if not sizes.ideal:
-            # detection is logistic, 90 % at `range_90` and steep as the datasheet's 8 %
-            x = (d - range_90[z]) / (0.08 * range_90[z]) - np.log(9.0)
-            seen = seen and draws.detection[z] < 1.0 / (1.0 + np.exp(x))
-            near = sizes.near_offset * min(max(1.0 - d / sizes.near_range, 0.0), 1.0)
-            d = d * (1.0 + bias[z]) + near + draws.noise[z] * max(NOISE_FLOOR, NOISE_SHARE * d)
-            if draws.status[z] < sizes.bad_4:
-                said = 4
-            elif draws.status[z] < sizes.bad_4 + sizes.bad_2:
-                said = 2
-            elif seen and not had_target[z] and said == VALID:
-                said = FIRST if first else UNCONFIRMED
-            if draws.stray[0, z] < sizes.ghosts:
-                d, seen, said = 0.05 + 0.95 * draws.stray[1, z], True, VALID
+    """Zone by zone: is a target found, d (1 + bias) + offset near the lens + noise, its status."""
+    codes, noise, near = flaws.codes, flaws.noise, flaws.near
+    for z in range(len(truth.depth)):
+        seen = truth.depth[z] <= flaws.farthest
+        d = truth.depth[z] if seen else 1.0
+        status = codes.merged if truth.merged[z] else codes.valid
+        if not flaws.ideal:
+            seen = seen and draws.detection[z] < _detected(d, flaws.range_90[z], flaws.slope)
+            offset = near[0] * min(max(1.0 - d / near[1], 0.0), 1.0)
+            sigma = max(noise[0], noise[1] * d)
+            d = d * (1.0 + flaws.bias[z]) + offset + draws.noise[z] * sigma
+            rejection = -1
+            for i in range(len(flaws.likely) - 1, -1, -1):
+                if draws.status[z] < flaws.likely[i]:
+                    rejection = flaws.rejections[i]
+            if rejection >= 0:
+                status = rejection
+            elif seen and not had_target[z] and status == codes.valid:
+                status = codes.first if first else codes.unconfirmed
+            if draws.stray[0, z] < flaws.strays:
+                d, seen, status = 0.05 + 0.95 * draws.stray[1, z], True, codes.valid
             if not seen:  # what a real sensor leaves in a zone without a target is stale junk
                 d = 0.02 + 1.98 * draws.junk[z]
         had_target[z] = seen
-        distance[z] = np.rint(max(d, 0.0) * 1000.0) / 1000.0
-        status[z] = said if seen else NO_TARGET
-        targets[z] = seen
+        out.distance[z] = np.rint(max(d, 0.0) * 1000.0) / 1000.0
+        out.status[z] = status if seen else codes.no_target
+        out.targets[z] = seen
+
+
+@compiled
+def _detected(d: float, range_90: float, slope: float) -> float:
+    """Probability of a target at d: logistic, 90 % at `range_90`, steep as slope * range_90."""
+    x = (d - range_90) / (slope * range_90) - np.log(9.0)
+    return float(1.0 / (1.0 + np.exp(x)))

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.messages import SLOTS, Array, SensorFrame, freeze
+from app.messages import Array, SensorFrame, freeze
 from app.robot.skin import Skin
 from app.sensing.error_model import ErrorModel, Reading
-from app.sensing.sight import FAR, Links, Sight
+from app.sensing.sight import Links, Sight
 from app.sensing.streams import sensor_streams
 from app.world.world import World
 
@@ -22,11 +22,11 @@ class Measurement:
         self, links: Links, skin: Skin, world: World, seed: int, errors: ErrorModel
     ) -> None:
         self._sight, self._errors = Sight(links, skin, world), errors
+        kinds = [s.type for s in skin.sensors]
         self._streams = [sensor_streams(seed, k) for k in range(skin.count)]
-        self._bias = [errors.bias(streams) for streams in self._streams]
-        self._range = [errors.range_90(s.resolution) for s in skin.sensors]
+        self._flaws = [errors.flaws(t, s) for t, s in zip(kinds, self._streams, strict=True)]
         self._sequence = [0] * skin.count
-        self._had_target = np.zeros((skin.count, SLOTS), dtype=bool)
+        self._had_target = [np.zeros(t.zones, dtype=bool) for t in kinds]
 
     def read(self, sensors: Sequence[int], T_base_link: Array) -> list[Reading]:
         """The truth in each zone of some sensors, links posed at T_base_link (L, 4, 4)."""
@@ -38,16 +38,15 @@ class Measurement:
         return [self._frame(k, r, now) for k, r in zip(sensors, readings, strict=True)]
 
     def _frame(self, k: int, reading: Reading, now: float) -> SensorFrame:
-        distance, status, targets = self._errors.measure(
-            reading, FAR, self._range[k], self._bias[k], self._had_target[k],
-            self._sequence[k] == 0, self._streams[k],
-        )  # fmt: skip
+        said = self._errors.measure(
+            reading, self._flaws[k], self._had_target[k], self._sequence[k] == 0, self._streams[k]
+        )
         self._sequence[k] += 1
         return SensorFrame(
             sensor=k,
             stamp=now,
             sequence=self._sequence[k],
-            distance=freeze(distance),
-            status=freeze(status),
-            targets=freeze(targets),
+            distance=freeze(said.distance),
+            status=freeze(said.status),
+            targets=freeze(said.targets),
         )

@@ -66,7 +66,7 @@ class Port:
         self._mailbox: deque[tuple[Stream, bytes, float]] = deque(maxlen=MAILBOX)
         self._bauds = (spec.baud,) if spec.baud else _likely(spec.format)
         self._baud = 0
-        self._stream = Stream(spec.format)
+        self._stream = Stream(spec.format, spec.grids)
         self._open = True
         self._error = ""
         self._heard = self._spoke = float("-inf")
@@ -134,7 +134,7 @@ class Port:
                     # bytes but no frame: perhaps it speaks at another speed
                     device.baudrate = self._next_baud()
                     _wait_in_kernel(line)
-                    self._stream, tried = Stream(self._spec.format), now
+                    self._stream, tried = Stream(self._spec.format, self._spec.grids), now
                 self._mailbox.append((self._stream, chunk, now))
             self._busy = time.thread_time()
 
@@ -146,7 +146,7 @@ class Port:
             except SensorError as still:
                 log.debug("%s", still)
                 continue
-            self._stream = Stream(self._spec.format)
+            self._stream = Stream(self._spec.format, self._spec.grids)
             self._open, self._error = True, ""
             log.warning("port %s is back", self.name)
             return device

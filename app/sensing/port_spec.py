@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from app.errors import SensorError, options
 from app.robot.skin import Skin
 from app.sensing.wire.detect import format_of
+from app.sensing.wire.raw import USUAL, Grid
 
 SYNTAX = "PORT[@BAUD][#FORMAT][=SENSORS]"
 SPEC = re.compile(r"(?P<port>[^=]+?)(?:@(?P<baud>\d+))?(?:#(?P<format>[\w-]*))?(?:=(?P<names>.*))?")
@@ -21,12 +22,16 @@ SLOWEST, FASTEST = 9600, 12_000_000  # [baud]
 
 @dataclass(frozen=True, slots=True)
 class PortSpec:
-    """One port: baud 0 and an empty format are found out; no sensors: as the frames say."""
+    """One port: baud 0 and an empty format are found out; no sensors: as the frames say.
+
+    grids: of zones that its sensors have, the likeliest first.
+    """
 
     port: str
     baud: int = 0
     format: str = ""
     sensors: tuple[int, ...] = ()
+    grids: tuple[Grid, ...] = USUAL
 
 
 def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
@@ -59,7 +64,9 @@ def _one(entry: str, skin: Skin) -> PortSpec:
     if match["format"] is not None:
         format_of(match["format"])
     sensors = () if match["names"] is None else named_sensors(match["names"], skin)
-    return PortSpec(match["port"], baud, match["format"] or "", sensors)
+    speaking = [skin.sensors[k] for k in sensors] or list(skin.sensors)
+    grids = dict.fromkeys((*(s.type.grid for s in speaking), *USUAL))
+    return PortSpec(match["port"], baud, match["format"] or "", sensors, tuple(grids))
 
 
 def named_sensors(name: str, skin: Skin) -> tuple[int, ...]:

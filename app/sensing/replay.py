@@ -12,12 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import SensorError
-from app.messages import SLOTS, Array, SensorFrame, freeze
+from app.messages import Array, SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.source import Unfailing
 
-BLOCK = SLOTS + 1
+GRID = (8, 8)
+BLOCK = GRID[0] * GRID[1] + 1  # lines of a frame
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,10 +86,11 @@ class Replay(Unfailing):
 
     def __init__(self, recording: Recording, skin: Skin, k: int) -> None:
         sensor = skin.sensors[k]
-        if sensor.resolution != 8:
+        if sensor.type.grid != GRID:
+            rows, columns = sensor.type.grid
             raise SensorError(
-                f"{recording.path}: 8x8 frames cannot play on the 4x4 sensor {sensor.name}; "
-                "choose an 8x8 one with @SENSOR"
+                f"{recording.path}: 8x8 frames cannot play on the {rows}x{columns} sensor "
+                f"{sensor.name}; choose an 8x8 one with @SENSOR"
             )
         where = recording.path.parent.name or recording.path.name
         self.name = f"replay of {where} on {sensor.name}"

@@ -12,17 +12,18 @@ from numpy.typing import NDArray
 
 from app.messages import SensorFrame, freeze
 from app.robot.posture import Posture
+from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
 from app.sensing.port import PortFacts
 from app.sensing.port_spec import PortSpec
 from app.sensing.port_state import PortState, PortWatch, rate_words, words
 from app.sensing.stream import Arrival
 from app.sensing.wire.detect import FORMATS
-from app.sensing.wire.raw import NO_TARGET
+from app.sensing.wire.raw import NO_TARGET, RawFrame
 
 HANDOVER = 1.0  # [s] of silence after which another port may speak for a sensor
 STALL = 0.2  # [s] between two polls: then it is this machine that was silent
-STATELESS = "no status: 0 < d < 4000 mm counts as valid"
+STATELESS = "no status: what is within the sensor's range counts as valid"
 
 
 class Wire(Protocol):
@@ -123,11 +124,13 @@ class SerialSkin:
         if k is None:
             return None
         sensor = self._skin.sensors[k]
-        if raw.resolution != sensor.resolution:
-            n, m = raw.resolution, sensor.resolution
-            because = f"{sensor.name} reports {n}x{n} zones, the layout has {m}x{m}"
+        if raw.grid != sensor.type.grid:
+            (r, c), (rows, columns) = raw.grid, sensor.type.grid
+            because = f"{sensor.name} reports {r}x{c} zones, the layout has {rows}x{columns}"
             watch.refuse(PortState.MISFIT, because, now)
             return None
+        told = FORMATS[self._ports[i].facts().format].status
+        status = _in_codes(raw, sensor.type) if told else _status(raw, sensor.type)
         watch.spoken.add(k)
         self._owner[k] = i
         self._heard[k] = now
@@ -137,8 +140,8 @@ class SerialSkin:
             stamp=arrival.stamp,
             sequence=int(self._sequence[k]) if raw.sequence is None else raw.sequence,
             distance=freeze(raw.distance * 1e-3),
-            status=raw.status,
-            targets=freeze((raw.status != NO_TARGET).astype(np.uint8)),
+            status=status,
+            targets=freeze((status != sensor.type.status.no_target).astype(np.uint8)),
         )
 
     def _sensor(self, i: int, given: int | None, now: float) -> int | None:
@@ -167,3 +170,18 @@ class SerialSkin:
             watch.refuse(PortState.CONFLICT, because, now)
             return None
         return given
+
+
+def _in_codes(raw: RawFrame, kind: SensorType) -> NDArray[np.uint8]:
+    """(n,) statuses as the type has them; on every wire 255 is no target."""
+    nothing = kind.status.no_target
+    if nothing == NO_TARGET:
+        return raw.status
+    return freeze(np.where(raw.status == NO_TARGET, nothing, raw.status).astype(np.uint8))
+
+
+def _status(raw: RawFrame, kind: SensorType) -> NDArray[np.uint8]:
+    """(n,) statuses where a format has none: what the sensor can have measured is valid."""
+    seen = (raw.distance > 0) & (raw.distance < kind.most_m * 1e3)
+    codes = kind.status.valid, kind.status.no_target
+    return freeze(np.where(seen, *codes).astype(np.uint8))

@@ -1,27 +1,25 @@
 """What the sensors of a skin would see: rays against the world AND the robot's own links.
 
-A zone integrates over its solid angle, so it is simulated with 3 x 3 sub-rays; the nearest
-cluster of depths is what it reports, never the mean. The rays of all sensors that measure at one
-time are cast together, body by body: first the links, which hide what lies behind them.
+A zone integrates over its solid angle, so it is simulated with sub-rays, as many as its type
+says; the nearest cluster of distances is what it reports, never the mean. The rays of all sensors
+that measure at one time are cast together, body by body: first the links, which hide what lies
+behind them.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
 
-from app.messages import SLOTS, Array
+from app.messages import Array
 from app.raycast import Beams, Hits, RigidMesh, Solids
 from app.robot.model import Robot
-from app.robot.skin import FIELD_OF_VIEW, Skin, zone_directions
+from app.robot.skin import Sensor, Skin, zone_directions, zone_rays
 from app.sensing import zones
 from app.sensing.error_model import Reading
 from app.world.world import World
-
-FAR = 4.0  # [m] nothing is seen beyond
-CONE = float(np.arctan(np.sqrt(2.0) * np.tan(FIELD_OF_VIEW / 2.0)))  # holds the whole pyramid
-SUB = 9  # sub-rays a zone
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -50,50 +48,59 @@ class Sight:
         self._world = world
         link = np.array(skin.link, dtype=np.int64)
         self._fixed: NDArray[np.bool_] = links.welded[link]  # (K, L) to the sensor's link?
-        rays = [_sub_rays(skin, k) for k in range(skin.count)]
+        rays = [_sub_rays(s) for s in skin.sensors]
+        kinds = [s.type for s in skin.sensors]
+        cosine = [r @ a for r, a in zip(rays, skin.axis, strict=True)]
         self._fan = zones.Fan(
             link=link,
             lens=np.array(skin.origin),
             axis=np.array(skin.axis),
-            half_angle=CONE,
+            half_angle=np.array([_half_angle(s) for s in skin.sensors]),
             first=np.append(0, np.cumsum([len(r) for r in rays])).astype(np.int64),
+            zone=np.array(skin.first),
             direction=np.concatenate(rays),
-            cosine=np.concatenate([r @ a for r, a in zip(rays, skin.axis, strict=True)]),
+            report=np.concatenate(
+                [np.ones_like(c) if t.radial else c for c, t in zip(cosine, kinds, strict=True)]
+            ),
+            separate=np.array([t.separate_m for t in kinds]),
+            pulse=skin.traits.pulse,
         )
-        n = len(self._fan.direction)
-        self._own = Hits(np.full(n, np.float32(FAR)), np.full(n, zones.NOTHING, dtype=np.int16))
+        far = np.repeat([t.most_m for t in kinds], [len(r) for r in rays]).astype(np.float32)
+        self._own = Hits(far, np.full(len(far), zones.NOTHING, dtype=np.int16))
         # what is fixed to a sensor's own link is hit where it always is; cast once
         self._own = self._rays_to_links(np.arange(skin.count), links.T_base_link, ~self._fixed)[1]
 
     def read(self, sensors: Sequence[int], T_base_link: Array) -> list[Reading]:
         """The truth in each zone of some sensors, links posed at T_base_link (L, 4, 4)."""
         who = np.array(sensors, dtype=np.int64)
-        beams, hits, cosine = self._rays_to_links(who, T_base_link, self._fixed[who])
+        beams, hits = self._rays_to_links(who, T_base_link, self._fixed[who])
         self._world.end_rays(beams, hits)
-        m = len(who)
-        depth, label = np.empty((m, SLOTS)), np.empty((m, SLOTS), dtype=np.int16)
-        merged, pure = (np.empty((m, SLOTS), dtype=np.bool_) for _ in range(2))
-        zones.merge_rays(beams.first, hits, cosine, SUB, depth, merged, label, pure)
-        return [Reading(*zone) for zone in zip(depth, merged, label, pure, strict=True)]
+        first = np.append(0, np.cumsum(np.diff(self._fan.zone)[who])).tolist()
+        seen = zones.no_reading(first[-1])
+        zones.merge_rays(who, hits, self._fan, seen)
+        return [
+            Reading(seen.depth[a:b], seen.merged[a:b], seen.label[a:b], seen.pure[a:b])
+            for a, b in pairwise(first)
+        ]
 
     def _rays_to_links(
         self, who: NDArray[np.int64], T_base_link: Array, blind: NDArray[np.bool_]
-    ) -> tuple[Beams, Hits, Array]:
+    ) -> tuple[Beams, Hits]:
         """The rays of sensors `who` (m,) ended by the links, but for those that are `blind` (m, L)
-        to a link; and the cosines of the rays."""
+        to a link."""
         poses = np.array(T_base_link)
-        beams, hits, cosine = zones.rays_in_base(self._fan, self._own, who, poses)
+        beams, hits = zones.rays_in_base(self._fan, self._own, who, poses)
         self._links.end_rays(poses, beams, blind, hits)
-        return beams, hits, cosine
+        return beams, hits
 
 
-def _sub_rays(skin: Skin, k: int) -> Array:
-    """(zones * 9, 3) unit directions in the link frame, zone by zone."""
-    sensor = skin.sensors[k]
-    n = sensor.resolution
-    row, column = np.divmod(np.arange(n * n, dtype=np.float64), n)
-    step_row, step_column = np.divmod(np.arange(SUB, dtype=np.float64), 3)
-    rows = (row[:, None] + (step_row - 1.0) / 3.0).ravel()
-    columns = (column[:, None] + (step_column - 1.0) / 3.0).ravel()
-    d = zone_directions(sensor, rows, columns) @ sensor.T_link_sensor[:3, :3].T
-    return d / np.linalg.norm(d, axis=1, keepdims=True)
+def _sub_rays(sensor: Sensor) -> Array:
+    """(zones * footprint^2, 3) unit directions in the link frame, zone by zone."""
+    d = zone_rays(sensor).reshape(-1, 3) @ sensor.T_link_sensor[:3, :3].T
+    return np.asarray(d / np.linalg.norm(d, axis=1, keepdims=True))
+
+
+def _half_angle(sensor: Sensor) -> float:
+    """[rad] of the cone round the axis that holds the whole field of view: its corners."""
+    corner = zone_directions(sensor, np.array([-0.5]), np.array([-0.5]))[0]
+    return float(np.arctan(np.hypot(corner[0], corner[1])))

@@ -37,7 +37,7 @@ class SimulatedSkin(Unfailing):
         self.connected: NDArray[np.bool_] = np.ones(skin.count, dtype=bool)
         self.muted: set[int] = set()  # sensors that have gone silent, for trying faults
         self._measurement = Measurement(links_of(robot), skin, world, seed, errors or ErrorModel())
-        self._schedule, self._latency = Schedule(skin.count), latency
+        self._schedule, self._latency = Schedule([s.type.period for s in skin.sensors]), latency
         self._on_the_way: deque[SensorFrame] = deque()
 
     def poll(self, now: float, posture: Posture) -> list[SensorFrame]:

@@ -58,7 +58,7 @@ class SimulatedSkinApart:
         self.connected: NDArray[np.bool_] = np.ones(skin.count, dtype=bool)
         self.muted: set[int] = set()  # sensors that have gone silent, for trying faults
         self._world, self._latency = world, latency
-        self._schedule = Schedule(skin.count)
+        self._schedule = Schedule([s.type.period for s in skin.sensors])
         self._edits: list[Edit] = []  # not yet told
         self._edited = 0  # how many there were so far
         self._letters = bytearray()  # about edits, that the line has not yet taken
@@ -68,7 +68,7 @@ class SimulatedSkinApart:
         self._fault = ""
         task = Task(links_of(robot), skin, world, seed, errors or ErrorModel(), latency)
         self._process, self._line, memory = _start(task)
-        self._traffic = Traffic(memory, *size_of(task))
+        self._traffic = Traffic(memory, size_of(task))
         world.follow(self._note_edit)
 
     def wait(self, seconds: float = BEGIN) -> None:
@@ -185,7 +185,7 @@ def _start(task: Task) -> tuple[subprocess.Popen[bytes], socket.socket, memoryvi
         os.fdopen(os.memfd_create("flinch-traffic"), "r+b") as shared,
         os.fdopen(os.memfd_create("flinch-task"), "r+b") as letter,
     ):
-        shared.truncate(Traffic.room(*size_of(task)))
+        shared.truncate(Traffic.room(size_of(task)))
         pickle.dump(task, letter)
         letter.seek(0)
         fds = (theirs.fileno(), shared.fileno(), letter.fileno())

@@ -19,7 +19,7 @@ from app.robot.skin import Skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.measurement import Measurement
 from app.sensing.sight import Links
-from app.sensing.traffic import Traffic
+from app.sensing.traffic import Size, Traffic
 from app.timing import PRIORITY, prefer_this_thread
 from app.world.world import Edit, World
 
@@ -37,9 +37,13 @@ class Task(NamedTuple):
     latency: float
 
 
-def size_of(task: Task) -> tuple[int, int, float]:
-    """Sensors, links and latency: what the traffic's memory is laid out by."""
-    return task.skin.count, len(task.links.bodies), task.latency
+def size_of(task: Task) -> Size:
+    """What the traffic's memory is laid out by."""
+    kinds = [s.type for s in task.skin.sensors]
+    return Size(
+        tuple(t.zones for t in kinds), max(t.rate_hz for t in kinds), len(task.links.bodies),
+        task.latency,
+    )  # fmt: skip
 
 
 class Gone(Exception):  # noqa: N818  a state of affairs, no error
@@ -104,7 +108,7 @@ def main(line_fd: int, memory_fd: int, task_fd: int) -> None:
     try:
         with open(task_fd, "rb") as file:
             task: Task = pickle.load(file)
-        traffic = Traffic(memoryview(mmap(memory_fd, 0)), *size_of(task))
+        traffic = Traffic(memoryview(mmap(memory_fd, 0)), size_of(task))
         serve(task, traffic, Line(line))
     except Gone:
         os._exit(0)  # somebody waits, and there is nothing to tidy up

@@ -1,10 +1,11 @@
 """What one port says: bytes into stamped frames, and figures of how well it goes. No device."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.sensing.device_clock import DeviceClock
 from app.sensing.wire.detect import Detector
-from app.sensing.wire.raw import RawFrame
+from app.sensing.wire.raw import USUAL, Grid, RawFrame
 
 TURN = 1 << 16  # sequences count modulo this
 BEHIND = 0x8000  # a step this large is a step back
@@ -22,13 +23,14 @@ class Arrival:
 class Stream:
     """One board's stream from its first byte on; another board needs another one.
 
+    grids:        of the sensors that may speak, for formats that do not tell theirs.
     frames, lost: whole frames, and those that a gap in a sensor's sequence tells of.
     restarts:     how often the board's clock began anew.
     """
 
-    def __init__(self, format_name: str = "") -> None:
+    def __init__(self, format_name: str = "", grids: Sequence[Grid] = USUAL) -> None:
         self.frames = self.lost = 0
-        self._detector = Detector(format_name)
+        self._detector = Detector(format_name, grids)
         self._clock = DeviceClock()
         self._sequence: dict[int, int] = {}
         self.restarts = 0

@@ -5,18 +5,19 @@ seed, the sensor and the number of the frame alone. Another sensor that falls si
 of error that is switched off, changes none of the others' numbers: trials stay paired.
 """
 
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from app.messages import SLOTS, Array
+from app.messages import Array
 
 
 class Draws(NamedTuple):
-    """The random numbers of one frame, (64,) each, uniform in 0..1 but for the normal `noise`.
+    """The random numbers of one frame, (n,) each, uniform in 0..1 but for the normal `noise`.
 
     detection: is a target found?   status: is it rejected?   junk: what stands where none is.
-    stray:     (2, 64) is there a return from nothing, and where?
+    stray:     (2, n) is there a return from nothing, and where?
     """
 
     detection: Array
@@ -36,19 +37,22 @@ class Streams(NamedTuple):
     stray: np.random.Generator
     junk: np.random.Generator
 
-    def draw(self) -> Draws:
-        """The numbers of the sensor's next frame."""
+    def draw(self, zones: int) -> Draws:
+        """The numbers of the next frame of a sensor with so many zones."""
         return Draws(
-            self.detection.random(SLOTS),
-            self.noise.standard_normal(SLOTS),
-            self.status.random(SLOTS),
-            self.stray.random((2, SLOTS)),
-            self.junk.random(SLOTS),
+            self.detection.random(zones),
+            self.noise.standard_normal(zones),
+            self.status.random(zones),
+            self.stray.random((2, zones)),
+            self.junk.random(zones),
         )
 
 
-_ZERO = np.zeros(SLOTS)
-NOTHING = Draws(_ZERO, _ZERO, _ZERO, np.zeros((2, SLOTS)), _ZERO)  # where nothing is random
+@cache
+def no_draws(zones: int) -> Draws:
+    """Where nothing is random."""
+    zero = np.zeros(zones)
+    return Draws(zero, zero, zero, np.zeros((2, zones)), zero)
 
 
 def sensor_streams(seed: int, sensor: int) -> Streams:

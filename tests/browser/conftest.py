@@ -1,6 +1,7 @@
 """A running arm with its page, a window on it, and evidence of what failed."""
 
 from collections.abc import Generator, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -14,8 +15,8 @@ from app.actions import RemoveObstacle, SetGoal, SetMode, SetParams
 from app.config import Params, tunables
 from app.messages import Goal, Mode, Snapshot
 from app.robot.arm import SimulatedArm
-from app.robot.model import find_robot, load_robot
-from app.robot.skin import load_skin
+from app.robot.model import Robot, find_robot, load_robot
+from app.robot.skin import Skin, load_skin
 from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock
@@ -45,9 +46,16 @@ class Live(NamedTuple):
 
 @pytest.fixture(scope="module")
 def live() -> Iterator[Live]:
+    """With the robot's own skin."""
     robot = load_robot(find_robot("ur10e"))
     assert robot.skin is not None
-    skin = load_skin(robot.folder / robot.skin, robot)
+    with running(robot, load_skin(robot.folder / robot.skin, robot)) as arm:
+        yield arm
+
+
+@contextmanager
+def running(robot: Robot, skin: Skin) -> Iterator[Live]:
+    """An arm that wears `skin` in an empty place, and its page."""
     scene = load_scene(find_scene("empty"))
     world = World(scene.bodies)
     source = SimulatedSkin(robot, skin, world)

@@ -24,7 +24,7 @@ class OwnBodyBounds:
     def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append the nearest."""
         c, moves = self._clearance, motion(now.posture)
-        _append(c.pieces, c.pairs, now.params.v_esc, moves, step, sheet)
+        _append(c.pieces, c.pairs, now.params.retreat_speed, moves, step, sheet)
 
 
 @compiled

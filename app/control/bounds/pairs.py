@@ -45,6 +45,7 @@ HARDLY = 0.15  # [m/s] reachable speed: three times what task priority takes, wh
 CLOSE = 0.12  # [m] nearer than this also such a point is led away, fully from half of it on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent: half of the way from d_s to CLOSE
 STATIC_COST, MOVING_COST = (50.0, 100.0), (100.0, 100.0)  # of slack (specification, section 4.7)
+XI = 1.0  # [m/s] approach that is free where avoidance begins: faster than a tool may go
 NOTHING = np.empty(0)
 
 
@@ -81,10 +82,16 @@ def near(pairs: Pairs) -> Near:
     return Near(pairs.link, pairs.distance, w, pairs.on_robot, pairs.normal)
 
 
+def gamma(params: Params) -> float:
+    """[1/s] how the free approach speed grows with the distance beyond d_s."""
+    return XI / (params.avoidance_begins - params.distance_kept)
+
+
 def damper(params: Params) -> Damper:
     """The settings of the damper."""
-    gamma = params.xi / (params.d_inf - params.d_s)
-    return Damper(params.d_inf, params.d_s, gamma, params.v_esc)
+    return Damper(
+        params.avoidance_begins, params.distance_kept, gamma(params), params.retreat_speed
+    )
 
 
 @compiled

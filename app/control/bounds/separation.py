@@ -33,7 +33,7 @@ class SeparationBounds:
     def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append at most `MOST`."""
         most = ceiling(now.pairs, now.params)
-        _append(near(now.pairs), most, now.params.d_s, motion(now.posture), step, sheet)
+        _append(near(now.pairs), most, now.params.distance_kept, motion(now.posture), step, sheet)
 
 
 @compiled

@@ -1,18 +1,18 @@
 r"""The debug line: one frame with id, clock and status that a person can read.
 
-    F,<id>,<t_us>,<sequence>,<64 distances [mm]>,<64 statuses>\n
+    F,<id>,<t_us>,<sequence>,<n distances [mm]>,<n statuses>\n
 
-With 16 distances and 16 statuses it is a 4x4 frame. Fields mean what they mean in the binary
-frame; there is no checksum.
+The zones' number says which grid it is: 64 are 8x8, 16 are 4x4, others as the layout's sensors
+have them. Fields mean what they mean in the binary frame; there is no checksum.
 """
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
-from app.messages import SLOTS
-from app.sensing.wire.raw import NO_TARGET, RawFrame, zones
+from app.sensing.wire.raw import USUAL, Grid, RawFrame, grid_of, zones
 from app.sensing.wire.text import Lines
 
 LINE = re.compile(r"F(?:,-?\d{1,10}){4,}")
@@ -20,10 +20,11 @@ HEAD = 4
 
 
 class FLines:
-    """Decoder of debug lines."""
+    """Decoder of debug lines; `grids` are those that a sensor may have."""
 
-    def __init__(self) -> None:
+    def __init__(self, grids: Sequence[Grid] = USUAL) -> None:
         self.refused: Counter[str] = Counter()
+        self._grids = grids
         self._lines = Lines()
 
     def feed(self, chunk: bytes) -> list[RawFrame]:
@@ -31,7 +32,7 @@ class FLines:
         frames = []
         for line in self._lines.feed(chunk):
             if line.startswith("F,"):
-                frame = parse(line)
+                frame = parse(line, self._grids)
                 if frame is None:
                     self.refused["line"] += 1
                 else:
@@ -39,29 +40,29 @@ class FLines:
         return frames
 
 
-def parse(line: str) -> RawFrame | None:
-    """The frame of a line, None where it is damaged."""
+def parse(line: str, grids: Sequence[Grid] = USUAL) -> RawFrame | None:
+    """The frame of a line, None where it is damaged or has another number of zones."""
     fields = line.strip().split(",")
-    if len(fields) not in (HEAD + 2 * SLOTS, HEAD + 32) or not LINE.fullmatch(line.strip()):
+    count, odd = divmod(len(fields) - HEAD, 2)
+    grid = None if odd else grid_of(count, grids)
+    if grid is None or not LINE.fullmatch(line.strip()):
         return None
     sensor, t_us, sequence, *values = (int(f) for f in fields[1:])
-    half = len(values) // 2
-    distance, status = values[:half], values[half:]
+    distance, status = values[:count], values[count:]
     fits = 0 <= sensor < 256 and 0 <= t_us < 2**32 and 0 <= sequence < 2**16
     fits = fits and all(-32768 <= d <= 32767 for d in distance)
     if not (fits and all(0 <= s <= 255 for s in status)):
         return None
     return RawFrame(
-        sensor, sequence, t_us, 8 if half == SLOTS else 4,
-        zones(distance, 0, np.int16, False), zones(status, NO_TARGET, np.uint8, False),
+        sensor, sequence, t_us, grid,
+        zones(distance, grid, np.int16, False), zones(status, grid, np.uint8, False),
     )  # fmt: skip
 
 
 def encode(frame: RawFrame) -> bytes:
     """The line of a frame; what it lacks is sent as 0."""
-    zones_used = frame.resolution**2
     values = (
         frame.sensor or 0, frame.t_us or 0, frame.sequence or 0,
-        *frame.distance[:zones_used].tolist(), *frame.status[:zones_used].tolist(),
+        *frame.distance.tolist(), *frame.status.tolist(),
     )  # fmt: skip
     return b"F," + ",".join(map(str, values)).encode() + b"\n"

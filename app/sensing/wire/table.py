@@ -1,6 +1,6 @@
 r"""The terminal table of the sensor maker's "Simple Ranging" example, 460800 baud.
 
-Bands of four kinds of lines, 8 (4) bands, columns mirrored, then one more line of dashes:
+Bands of four kinds of lines, a band for each row, columns mirrored, then one more line of dashes:
 
      ----------------- -----------------  ...    17 dashes a cell
     |                 |                 | ...
@@ -14,24 +14,29 @@ every table. There is no sensor, no clock and no checksum.
 
 import re
 from collections import Counter
+from collections.abc import Sequence
 
 import numpy as np
 
-from app.sensing.wire.raw import NO_TARGET, RawFrame, rows, zones
+from app.sensing.wire.raw import NO_TARGET, USUAL, Grid, RawFrame, rows, zones
 from app.sensing.wire.text import Lines
 
 ESCAPES = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
-DASHES = re.compile(r"\s*(?:-{17} ?){4}(?:(?:-{17} ?){4})?\s*")
+DASHES = re.compile(r"\s*(?:-{17} ?)+\s*")
 EMPTY = re.compile(r"[|\s]+")
 CELL = re.compile(r"\s*(-?\d{1,5}|X)\s*:\s*(\d{1,3}|X)\s*")
 
 
 class RangingTable:
-    """Decoder of the table; `mirrored` says that the columns are printed from the right."""
+    """Decoder of the table; `mirrored` says that the columns are printed from the right.
 
-    def __init__(self, mirrored: bool = True) -> None:
+    grids: that a sensor may have; of those of a table's width the first one counts.
+    """
+
+    def __init__(self, mirrored: bool = True, grids: Sequence[Grid] = USUAL) -> None:
         self.refused: Counter[str] = Counter()
         self._mirrored = mirrored
+        self._height = {width: height for height, width in reversed(grids)}
         self._lines = Lines()
         self._rows: list[list[tuple[int, int]]] = []
         self._width = 0  # of the table that has begun, 0 outside of one
@@ -47,8 +52,7 @@ class RangingTable:
         return frames
 
     def _line(self, line: str) -> RawFrame | None:
-        if DASHES.fullmatch(line):
-            width = line.count("-") // 17
+        if DASHES.fullmatch(line) and (width := line.count("-") // 17) in self._height:
             if self._open or width != self._width:
                 self._forget("a row is missing")
             self._width, self._open = width, True
@@ -59,7 +63,7 @@ class RangingTable:
             if len(row) == self._width:
                 self._open = False
                 self._rows.append(row)
-                if len(self._rows) == self._width:
+                if len(self._rows) == self._height[self._width]:
                     return self._frame()
             else:
                 self._forget("a cell is missing")
@@ -72,11 +76,11 @@ class RangingTable:
 
     def _frame(self) -> RawFrame:
         flat = [cell for row in self._rows for cell in row]
-        distance = zones([d for d, _ in flat], 0, np.int16, self._mirrored)
-        status = zones([s for _, s in flat], NO_TARGET, np.uint8, self._mirrored)
-        n = self._width
+        grid = len(self._rows), self._width
+        distance = zones([d for d, _ in flat], grid, np.int16, self._mirrored)
+        status = zones([s for _, s in flat], grid, np.uint8, self._mirrored)
         self._rows, self._width, self._open = [], 0, False
-        return RawFrame(None, None, None, n, distance, status)
+        return RawFrame(None, None, None, grid, distance, status)
 
 
 def cells(line: str) -> list[tuple[int, int]]:
@@ -110,7 +114,7 @@ BANNER = (
 
 def encode(frame: RawFrame, mirrored: bool = True) -> bytes:
     """The table as the example prints it, with its banner."""
-    n = frame.resolution
+    n = frame.grid[1]
     line = " -----------------" * n + "\n"
     text = BANNER
     for distances, statuses in zip(*rows(frame, mirrored), strict=True):

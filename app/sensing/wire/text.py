@@ -1,6 +1,6 @@
 """Bytes into lines, whatever the chunks, with a bounded rest."""
 
-LONGEST = 1024  # bytes of a line; the longest format has about 700
+LONGEST = 4096  # bytes of a line; a debug line of 256 zones has up to 2900
 OVERLONG = "?"  # stands for a line that is longer: it belongs to no format
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.messages import SLOTS, Array, Snapshot, Verdict
+from app.messages import Array, Snapshot, Verdict
 from app.ui.colours import POINT, RAW, RGB
 from app.ui.engine import Engine
 from app.ui.pacing import Every
@@ -47,7 +47,7 @@ class CloudView:
     """One cloud a verdict, and one of all measured points."""
 
     def __init__(self, server: viser.ViserServer, engine: Engine) -> None:
-        slots = SLOTS * len(engine.skin.sensors)
+        slots = engine.skin.slots
 
         def cloud(name: str, colour: RGB, size: float) -> viser.PointCloudHandle:
             return server.scene.add_point_cloud(

@@ -1,31 +1,32 @@
 """The arm and its sensors.
 
 Meshes are sent once, under /robot/<link>, and only these frames' poses are assigned after that.
-The sensors of a link are one batched mesh under it and move for free; a node for each of
-thirty sensors cost a browser without a graphics card a third of every picture.
+The sensors of a link whose fields of view are alike are one batched mesh under it and move for
+free; a node for each of thirty sensors cost a browser without a graphics card a third of every
+picture.
 """
 
 from dataclasses import dataclass
-from math import radians, tan
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
 from app.messages import SensorHealth, Snapshot
+from app.robot.skin import Sensor, zone_directions
 from app.ui.colours import HEALTH
 from app.ui.engine import Engine
 from app.ui.scene.poses import Nodes, wxyz
 from app.ui.scene.switch import Switch
 
-HALF_VIEW = radians(22.5)  # half a side of the square field of view (UM3109: 45 degrees)
 HORN = 0.025  # [m] drawn length of a sensor's field of view
+View = tuple[float, float]
 COLOURS = np.array([HEALTH[h] for h in SensorHealth], dtype=np.uint8)
 
 
 @dataclass(frozen=True, eq=False)
 class _Patch:
-    """The sensors of one link: their indices in the skin and their one handle."""
+    """Sensors of one link with one field of view: their indices in the skin and their handle."""
 
     sensors: NDArray[np.intp]
     handle: viser.BatchedMeshHandle
@@ -43,8 +44,14 @@ class RobotView:
             for link in names
         ]
         sensors = engine.skin.sensors
-        wearers = dict.fromkeys(s.link for s in sensors)
-        self.patches = [_patch(server, engine, link) for link in wearers]
+        alike: dict[str, dict[View, list[int]]] = {}
+        for k, s in enumerate(sensors):
+            alike.setdefault(s.link, {}).setdefault(half_view(s), []).append(k)
+        self.patches = [
+            _patch(server, engine, f"/robot/{link}/sensors{'' if i == 0 else f'-{i + 1}'}", mine, v)
+            for link, views in alike.items()
+            for i, (v, mine) in enumerate(views.items())
+        ]
         self._health = np.full(len(sensors), SensorHealth.ABSENT, dtype=np.uint8)
 
     def update(self, snapshot: Snapshot) -> None:
@@ -69,13 +76,20 @@ class RobotView:
             patch.handle.visible = on
 
 
-def _patch(server: viser.ViserServer, engine: Engine, link: str) -> _Patch:
-    mine = [k for k, s in enumerate(engine.skin.sensors) if s.link == link]
+def half_view(sensor: Sensor) -> View:
+    """Half the sides of a sensor's field of view at unit depth, across and down, as mounted."""
+    x, y, _ = zone_directions(sensor, np.array([-0.5]), np.array([-0.5]))[0]
+    return round(abs(float(x)), 9), round(abs(float(y)), 9)
+
+
+def _patch(
+    server: viser.ViserServer, engine: Engine, name: str, mine: list[int], view: View
+) -> _Patch:
     poses = np.array([engine.skin.sensors[k].T_link_sensor for k in mine])
-    half = HORN * tan(HALF_VIEW)
-    rim = [[-half, -half, HORN], [half, -half, HORN], [half, half, HORN], [-half, half, HORN]]
+    x, y = HORN * view[0], HORN * view[1]
+    rim = [[-x, -y, HORN], [x, -y, HORN], [x, y, HORN], [-x, y, HORN]]
     handle = server.scene.add_batched_meshes_simple(
-        f"/robot/{link}/sensors",
+        name,
         vertices=np.array([[0.0, 0.0, 0.0], *rim]),
         faces=np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]),
         batched_wxyzs=wxyz(poses),

@@ -13,13 +13,13 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from app.errors import SensorError
-from app.sensing.schedule import RATE
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import binary
 from app.sensing.wire.raw import RawFrame
 from app.timing import WallClock
 from app.virtual.skin.emulate import SceneFrames, raw_frame
 from app.virtual.skin.pty_port import PtyPort
+from app.virtual.skin.wearer import AtRest
 from app.wiring import Setup, build_robot_and_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
@@ -56,7 +56,7 @@ def _here(pipe: Connection) -> bool:
 
 
 def _send_frames(link: Path, robot_name: str, scene: str, seed: int, pipe: Connection) -> None:
-    frames = _frames(robot_name, scene, seed)
+    frames, rate = _frames(robot_name, scene, seed)
     clock = WallClock()
     with PtyPort(link) as port:
         pipe.send("here")
@@ -64,21 +64,24 @@ def _send_frames(link: Path, robot_name: str, scene: str, seed: int, pipe: Conne
         while not pipe.poll():
             clock.sleep_until(begin + said * LOOP / len(frames))
             raw, turn = frames[said % len(frames)], said // len(frames)
-            sequence = ((raw.sequence or 0) + turn * round(RATE * LOOP)) % (1 << 16)
+            sequence = ((raw.sequence or 0) + turn * round(rate * LOOP)) % (1 << 16)
             t_us = round(clock.now() * 1e6) % (1 << 32)
             port.write(binary.encode(replace(raw, sequence=sequence, t_us=t_us)))
             said += 1
 
 
-def _frames(robot_name: str, scene_name: str, seed: int) -> list[RawFrame]:
+def _frames(robot_name: str, scene_name: str, seed: int) -> tuple[list[RawFrame], float]:
+    """What all sensors say in a turn, and how often [Hz] the fastest of them does."""
     robot, skin = build_robot_and_skin(Setup(robot=robot_name))
     scene = load_scene(find_scene(scene_name), seed)
     home = robot.home if scene.home is None else scene.home
     world = World(scene.bodies)
     eye = SimulatedSkin(robot, skin, world, seed, latency=0.0)
-    seen, period = SceneFrames(eye, world, robot.posture(home)), 1.0 / (RATE * skin.count)
-    return [
-        raw_frame(f, skin.sensors[f.sensor].resolution, 0)
+    rate = max(s.type.rate_hz for s in skin.sensors)
+    seen, period = SceneFrames(eye, world, AtRest(robot, home)), 1.0 / (rate * skin.count)
+    frames = [
+        raw_frame(f, skin.sensors[f.sensor].type.grid, 0)
         for i in range(round(LOOP / period))
         for f in seen.poll(i * period)
     ]
+    return frames, rate

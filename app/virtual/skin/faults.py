@@ -20,7 +20,7 @@ import numpy as np
 
 from app.errors import SensorError, options
 from app.messages import freeze
-from app.sensing.wire.raw import RawFrame
+from app.sensing.wire.raw import RawFrame, rows
 
 WRAP = 1 << 32  # [us]
 
@@ -114,11 +114,8 @@ class FaultyWire:
 
 def mirrored(frame: RawFrame) -> RawFrame:
     """The same frame with every row's columns the other way round."""
-    n = frame.resolution
-    distance, status = frame.distance.copy(), frame.status.copy()
-    for zones in (distance, status):
-        zones[: n * n] = zones[: n * n].reshape(n, n)[:, ::-1].ravel()
-    return replace(frame, distance=freeze(distance), status=freeze(status))
+    distance, status = rows(frame, mirrored=True)
+    return replace(frame, distance=freeze(distance.ravel()), status=freeze(status.ravel()))
 
 
 def _number(text: str, low: float, high: float) -> float:
