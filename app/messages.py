@@ -174,7 +174,7 @@ class Command:
     activation: 0..1, how far the avoidance acts; where it is made of bounds, 1 if one holds.
     reference:  retreat speed asked for along the normal [m/s].
     progress:   0..1 of what was asked for that limits and bounds leave.
-    control_row: row of `pairs` that the avoidance acted on, -1 if none.
+    control_row: row of the pairs that the controller was told of, which it acted on, -1 if none.
     slack:       largest amount by which a bound had to give way [m/s].
     protective:  speed and separation: distance [m] that the nearest pair needs, 0 if not in use.
     reason:      why the arm brakes or waits though it may move; empty otherwise.

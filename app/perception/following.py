@@ -56,6 +56,23 @@ class Followed(NamedTuple):
     normal: Array
 
 
+class Told(NamedTuple):
+    """The same without gaps, in few arrays, written anew in each tick.
+
+    who:    (2, ROOM) link, row.   number: (2, ROOM) distance [m], approach [m/s].
+    place: (3, ROOM, 3) on_robot, on_world, normal; base frame.
+    """
+
+    who: NDArray[np.int64]
+    number: Array
+    place: Array
+
+
+def nothing_told() -> Told:
+    """Room for all tracks."""
+    return Told(np.empty((2, ROOM), np.int64), np.empty((2, ROOM)), np.empty((3, ROOM, 3)))
+
+
 def nothing_followed() -> Followed:
     """Room for tracks, all free."""
     none = np.full(ROOM, -1, dtype=np.int64)
@@ -65,13 +82,18 @@ def nothing_followed() -> Followed:
 
 @compiled
 def update(
-    known: Followed, T_base_link: Array, pairs: Measured, reach: float, dt: float, out: Followed
+    known: Followed, T_base_link: Array, pairs: Measured, reach: float, dt: float, out: Told
 ) -> tuple[int, int]:
-    """Follow the pairs and write what is followed, without gaps; how many, and the closest."""
+    """Follow the pairs and write what is followed, without gaps; how many, and the closest.
+
+    One step after another for all pairs: handing a track to a function for each would cost more
+    than what is done there.
+    """
     _carry(known, T_base_link)
-    for i in range(len(pairs.link)):
-        if pairs.distance[i] < reach:
-            _follow(known, T_base_link, pairs, i, dt)
+    track = _match(known, pairs, reach)
+    _believe(known, pairs, track, dt)
+    _begin(known, pairs, track, reach)
+    _place(known, T_base_link, pairs, dt)
     _let_go(known, reach, dt)
     return _write(known, out)
 
@@ -94,80 +116,88 @@ def _carry(known: Followed, T_base_link: Array) -> None:
 
 
 @compiled
-def _follow(known: Followed, T_base_link: Array, pairs: Measured, i: int, dt: float) -> None:
-    """Find the track of pair i, or begin one, and take the measurement over."""
-    t = _same(known, pairs, i)
-    if t >= 0:
-        _believe(known, t, pairs, i, dt)
-    else:
-        t = _room_for_one(known)
-        if t < 0:
-            return
-        known.link[t], known.distance[t] = pairs.link[i], pairs.distance[i]
-        known.normal[t], known.approach[t] = pairs.normal[i], pairs.approach[i]
-    known.row[t], known.lost[t] = i, 0.0
-    calmed = known.approach[t] * (1.0 - min(dt / CALM, 1.0))
-    known.approach[t] = max(pairs.approach[i], calmed)
-    _place(known, t, T_base_link[pairs.link[i]], pairs, i)
-
-
-@compiled
-def _same(known: Followed, pairs: Measured, i: int) -> int:
-    """The track, not yet taken, that is nearest to the place of pair i; -1 of none."""
-    best, which = SAME_PLACE, -1
-    for t in range(len(known.link)):
-        if known.link[t] != pairs.link[i] or known.row[t] >= 0:
+def _match(known: Followed, pairs: Measured, reach: float) -> NDArray[np.int64]:
+    """The track (B,) of each pair, the nearest that no other has; -1 of none."""
+    track = np.full(len(pairs.link), -1)
+    for i in range(len(track)):
+        if not pairs.distance[i] < reach:
             continue
-        square, way = 0.0, 0.0
+        best = SAME_PLACE
+        for t in range(len(known.link)):
+            if known.link[t] != pairs.link[i] or known.row[t] >= 0:
+                continue
+            square, way = 0.0, 0.0
+            for k in range(3):
+                square += (known.on_robot[t, k] - pairs.on_robot[i, k]) ** 2
+                way += known.normal[t, k] * pairs.normal[i, k]
+            if np.sqrt(square) < best and way > SAME_WAY:
+                best, track[i] = np.sqrt(square), t
+        if track[i] >= 0:
+            known.row[track[i]] = i
+    return track
+
+
+@compiled
+def _believe(known: Followed, pairs: Measured, track: NDArray[np.int64], dt: float) -> None:
+    """Take over distances and directions in part."""
+    for i in range(len(track)):
+        t = track[i]
+        if t < 0:
+            continue
+        measured, w = pairs.distance[i], pairs.approach[i]
+        d = known.distance[t] - w * dt
+        error = measured - d
+        share = min(1.0, abs(error) / SURPRISE) * dt / SETTLE
+        d += min(share, 1.0) * error
+        d = min(max(d, measured - FARTHER), measured + NEARER)
+        known.distance[t] = min(d, measured) if w > MOVING else d
+        square = 0.0
         for k in range(3):
-            square += (known.on_robot[t, k] - pairs.on_robot[i, k]) ** 2
-            way += known.normal[t, k] * pairs.normal[i, k]
-        if np.sqrt(square) < best and way > SAME_WAY:
-            best, which = np.sqrt(square), t
-    return which
+            known.normal[t, k] += min(dt / TURN, 1.0) * (pairs.normal[i, k] - known.normal[t, k])
+            square += known.normal[t, k] ** 2
+        for k in range(3):
+            known.normal[t, k] /= np.sqrt(square)
 
 
 @compiled
-def _room_for_one(known: Followed) -> int:
-    """A free row; or what is seen takes the place of the farthest that was lost; or -1."""
-    far = -1
+def _begin(known: Followed, pairs: Measured, track: NDArray[np.int64], reach: float) -> None:
+    """A track for each pair without one: a free row, or that of the farthest that was lost."""
+    for i in range(len(track)):
+        if track[i] >= 0 or not pairs.distance[i] < reach:
+            continue
+        free, far = -1, -1
+        for t in range(len(known.link)):
+            if known.link[t] < 0:
+                free = t
+                break
+            if known.row[t] < 0 and (far < 0 or known.distance[t] > known.distance[far]):
+                far = t
+        t = free if free >= 0 else far
+        if t < 0:
+            continue
+        known.link[t], known.row[t], known.distance[t] = pairs.link[i], i, pairs.distance[i]
+        for k in range(3):
+            known.normal[t, k] = pairs.normal[i, k]
+        known.approach[t] = pairs.approach[i]
+
+
+@compiled
+def _place(known: Followed, T_base_link: Array, pairs: Measured, dt: float) -> None:
+    """Where both ends of what is measured are now, and how fast they come."""
     for t in range(len(known.link)):
-        if known.link[t] < 0:
-            return t
-        if known.row[t] < 0 and (far < 0 or known.distance[t] > known.distance[far]):
-            far = t
-    return far
-
-
-@compiled
-def _believe(known: Followed, t: int, pairs: Measured, i: int, dt: float) -> None:
-    """Take over distance and direction in part."""
-    measured, w = pairs.distance[i], pairs.approach[i]
-    d = known.distance[t] - w * dt
-    error = measured - d
-    share = min(1.0, abs(error) / SURPRISE) * dt / SETTLE
-    d += min(share, 1.0) * error
-    d = min(max(d, measured - FARTHER), measured + NEARER)
-    known.distance[t] = min(d, measured) if w > MOVING else d
-    normal, square = known.normal[t], 0.0
-    for k in range(3):
-        normal[k] += min(dt / TURN, 1.0) * (pairs.normal[i, k] - normal[k])
-        square += normal[k] ** 2
-    for k in range(3):
-        normal[k] /= np.sqrt(square)
-
-
-@compiled
-def _place(known: Followed, t: int, T: Array, pairs: Measured, i: int) -> None:
-    """Where both ends are now; T (4, 4) of the link."""
-    along = 0.0
-    for k in range(3):
-        known.on_robot[t, k], known.on_world[t, k] = pairs.on_robot[i, k], pairs.on_world[i, k]
-        along += (pairs.on_robot[i, k] - pairs.on_world[i, k]) * known.normal[t, k]
-        known.local[t, k] = 0.0
-        for r in range(3):
-            known.local[t, k] += T[r, k] * (pairs.on_robot[i, r] - T[r, 3])
-    known.along[t] = along
+        i = known.row[t]
+        if i < 0:
+            continue
+        T, along = T_base_link[pairs.link[i]], 0.0
+        for k in range(3):
+            known.on_robot[t, k], known.on_world[t, k] = pairs.on_robot[i, k], pairs.on_world[i, k]
+            along += (pairs.on_robot[i, k] - pairs.on_world[i, k]) * known.normal[t, k]
+            known.local[t, k] = 0.0
+            for r in range(3):
+                known.local[t, k] += T[r, k] * (pairs.on_robot[i, r] - T[r, 3])
+        known.along[t], known.lost[t] = along, 0.0
+        calmed = known.approach[t] * (1.0 - min(dt / CALM, 1.0))
+        known.approach[t] = max(pairs.approach[i], calmed)
 
 
 @compiled
@@ -185,18 +215,18 @@ def _let_go(known: Followed, reach: float, dt: float) -> None:
 
 
 @compiled
-def _write(known: Followed, out: Followed) -> tuple[int, int]:
+def _write(known: Followed, out: Told) -> tuple[int, int]:
     """Write what is followed; how many, and which of them is the closest, -1 of none."""
     n, closest = 0, -1
     for t in range(len(known.link)):
         if known.link[t] < 0:
             continue
-        out.link[n], out.row[n] = known.link[t], known.row[t]
-        out.distance[n], out.approach[n] = known.distance[t] - UNSURE, known.approach[t]
+        out.who[0, n], out.who[1, n] = known.link[t], known.row[t]
+        out.number[0, n], out.number[1, n] = known.distance[t] - UNSURE, known.approach[t]
         for k in range(3):
-            out.on_robot[n, k], out.on_world[n, k] = known.on_robot[t, k], known.on_world[t, k]
-            out.normal[n, k] = known.normal[t, k]
-        if closest < 0 or out.distance[n] < out.distance[closest]:
+            out.place[0, n, k], out.place[1, n, k] = known.on_robot[t, k], known.on_world[t, k]
+            out.place[2, n, k] = known.normal[t, k]
+        if closest < 0 or out.number[0, n] < out.number[0, closest]:
             closest = n
         n += 1
     return n, closest

@@ -18,11 +18,12 @@ a walking pace, so that the arm is let go and not thrown off.
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.messages import Pairs, freeze
-from app.perception.following import Measured, nothing_followed, update
+from app.perception.following import ROOM, Measured, nothing_followed, nothing_told, update
 from app.robot.posture import Posture
+
+NO_SLOT = freeze(np.full(ROOM, -1, dtype=np.intp))  # what is followed is no point of the cloud
 
 
 class Steadying:
@@ -44,19 +45,19 @@ class Steadying:
         measured = Measured(
             pairs.link, pairs.distance, w, pairs.on_robot, pairs.on_world, pairs.normal
         )  # fmt: skip
-        out = nothing_followed()
+        out = nothing_told()
         n, closest = update(self._known, posture.T_base_link, measured, reach, dt, out)
-        source = freeze(out.row[:n])
+        who, number, place = map(freeze, out)
         return Pairs(
-            link=freeze(out.link[:n]),
-            distance=freeze(out.distance[:n]),
-            on_robot=freeze(out.on_robot[:n]),
-            on_world=freeze(out.on_world[:n]),
-            normal=freeze(out.normal[:n]),
-            slot=_slots(pairs, source),
+            link=who[0, :n],
+            distance=number[0, :n],
+            on_robot=place[0, :n],
+            on_world=place[1, :n],
+            normal=place[2, :n],
+            slot=NO_SLOT[:n],
             closest=closest,
-            approach=freeze(out.approach[:n]),
-            source=source,
+            approach=number[1, :n],
+            source=who[1, :n],
         )
 
 
@@ -67,11 +68,3 @@ def aged(steady: Pairs, pairs: Pairs, lost: float) -> Pairs:
     seen = steady.source >= 0
     age[seen] = pairs.age[steady.source[seen]]
     return replace(steady, age=freeze(age))
-
-
-def _slots(pairs: Pairs, source: NDArray[np.intp]) -> NDArray[np.intp]:
-    """Where each world point came from, -1 of a lost one."""
-    slot = np.full(len(source), -1, dtype=np.intp)
-    seen = source >= 0
-    slot[seen] = pairs.slot[source[seen]]
-    return freeze(slot)

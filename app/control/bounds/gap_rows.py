@@ -49,7 +49,7 @@ def _append_gap(gaps: Gaps, k: int, v_esc: float, moves: Motion, step: Step, she
         add_rate(b, where[1], where[2], -1.0, moves, J)
     for j in range(len(J)):
         lever += abs(J[j])
-    speed, brake = authority(J, step)
+    speed, brake = authority(J, step.qd_max, step.qdd_max)
     free = GAIN * d
     if free > 0.0:
         free = min(free, np.sqrt(2.0 * SPARE * brake * d))
@@ -59,6 +59,6 @@ def _append_gap(gaps: Gaps, k: int, v_esc: float, moves: Motion, step: Step, she
             return
         able = lever / LEVER - 1.0
         low = able * low - (1.0 - able) * speed
-    if not bites(J, low, step):
+    if not bites(J, low, step.low, step.high):
         return
     ease(sheet, put(sheet, low, COST, -1, d < 0.0, d < -KEPT / 2.0), step)

@@ -111,7 +111,7 @@ def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, sh
     J = sheet.jacobian[sheet.filled[0]]
     J[:] = 0.0
     add_rate(pairs.link[i], pairs.on_robot[i], pairs.normal[i], 1.0, moves, J)
-    speed, brake = authority(J, step)
+    speed, brake = authority(J, step.qd_max, step.qdd_max)
     if speed == 0.0:  # the base
         return
     w = max(pairs.approach[i], 0.0) if len(pairs.approach) else 0.0
@@ -125,7 +125,7 @@ def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, sh
         able = max(speed - HARDLY, 0.0) / HARDLY
         able = max(able, close * min(2.0 * speed / HARDLY, 1.0))
         low = able * low - (1.0 - able) * speed
-    if not bites(J, low, step):
+    if not bites(J, low, step.low, step.high):
         return
     put(sheet, low, MOVING_COST if moving else STATIC_COST, i, h < 0.0, moving or h < -DEEP)
 

@@ -120,23 +120,23 @@ def add_rate(link: int, at: Array, n: Array, sign: float, moves: Motion, J: Arra
 
 
 @compiled
-def authority(J: Array, step: Step) -> tuple[float, float]:
+def authority(J: Array, qd_max: Array, qdd_max: Array) -> tuple[float, float]:
     """Largest speed [m/s] and wise acceleration [m/s^2] along a row, all joints together."""
     speed, acceleration = 0.0, 0.0
     for j in range(len(J)):
-        speed += abs(J[j]) * step.qd_max[j]
-        acceleration += BRAKING * abs(J[j]) * step.qdd_max[j]
+        speed += abs(J[j]) * qd_max[j]
+        acceleration += BRAKING * abs(J[j]) * qdd_max[j]
     return speed, acceleration
 
 
 @compiled
-def bites(J: Array, low: float, step: Step) -> bool:
-    """Does some velocity of the step break the bound?"""
+def bites(J: Array, bound: float, low: Array, high: Array) -> bool:
+    """Does some velocity low (n,) <= qd <= high (n,) break the bound?"""
     least = 0.0
     for j in range(len(J)):
         if J[j] != 0.0:
-            least += J[j] * (step.low[j] if J[j] > 0.0 else step.high[j])
-    return least < low
+            least += J[j] * (low[j] if J[j] > 0.0 else high[j])
+    return least < bound
 
 
 @compiled

@@ -45,8 +45,8 @@ def _append(pairs: Near, most: Array, d_s: float, moves: Motion, step: Step, she
             continue
         J[:] = 0.0
         add_rate(pairs.link[i], pairs.on_robot[i], pairs.normal[i], 1.0, moves, J)
-        speed, _ = authority(J, step)
-        if speed == 0.0 or not bites(J, -most[i], step):
+        speed, _ = authority(J, step.qd_max, step.qdd_max)
+        if speed == 0.0 or not bites(J, -most[i], step.low, step.high):
             continue
         put(sheet, -most[i], STATIC_COST, i, pairs.distance[i] < d_s, False)
     keep_tightest(sheet, first, MOST)
