@@ -56,7 +56,7 @@ def test_an_unreadable_replay_is_one_line(capsys):
 
 
 def test_a_value_out_of_range_is_one_line(capsys):
-    assert "0.05 to 0.4" in refused(capsys, "run", "--headless", "--d-min", "7")
+    assert "0.05 to 0.4" in refused(capsys, "run", "--headless", "--distance-kept", "7")
     assert "50 to 500" in refused(capsys, "run", "--headless", "--rate", "9000")
     assert "--headless" in refused(capsys, "run", "--json")
 
@@ -108,7 +108,7 @@ def test_headless_json_is_one_object_in_the_common_form():
 
 def test_flags_win_over_the_file(tmp_path, capsys):
     file = tmp_path / "c.toml"
-    file.write_text('mode = "sm"\nd_min = 0.3\n')
+    file.write_text('mode = "sm"\ndistance_kept = 0.3\n')
     common = ("run", "--headless", "--seconds", "0.1", "--scene", "empty", "--json")
     assert main([*common, "--config", str(file), "--mode", "wb"]) == 0
     assert json.loads(capsys.readouterr().out)["rows"][0]["mode"] == "wb"

@@ -234,7 +234,8 @@ def test_a_controller_gives_way_to_what_a_mixed_skin_sees(robot, layout):
     assert snapshot.status.mode is Mode.RUNNING and (seen > 100).all()
     T = snapshot.T_base_link[robot.link_index("forearm_link")]
     after = T[:3, :3] @ np.add(LENS, [SHIFT["wide"], 0.0, 0.0]) + T[:3, 3]
-    assert np.linalg.norm(after - centre) > np.linalg.norm(lens - centre) + 0.03
+    # without a cover in this layout the body itself lies 17 mm behind the lens
+    assert np.linalg.norm(after - centre) > np.linalg.norm(lens - centre) + 0.013
 
 
 def test_frames_from_a_process_of_their_own_are_the_same_whatever_their_size(robot, mixed):

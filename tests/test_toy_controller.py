@@ -36,7 +36,8 @@ class Toy:
 
     def update(self, now):
         p, J = now.params, now.posture.tool_jacobian()
-        share = float(np.clip((now.pairs.minimum - p.d_min) / p.delta, 0.0, 1.0))
+        kept = p.distance_kept
+        share = float(np.clip((now.pairs.minimum - kept + 0.05) / 0.1, 0.0, 1.0))
         twist = np.zeros(6)
         if now.goal is not None:
             tool, goal = now.posture.T_base_tool, now.goal.T_base_tool
