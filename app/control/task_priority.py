@@ -94,9 +94,9 @@ def _recursion(levels: Levels, qd_max: Array, rho: Array) -> float:
         W = X @ H
         wanted = levels.reference[rows] - J @ rho
         delta = Q @ (G @ (W @ wanted))
-        scale = largest_step(rho, delta, qd_max)
-        smallest = min(smallest, scale)
-        rho += scale * delta
+        share = largest_step(rho, delta, qd_max)
+        smallest = min(smallest, share)
+        rho += share * delta
         Q = Q @ (identity - G @ X)
     return smallest
 

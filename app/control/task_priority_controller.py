@@ -72,14 +72,14 @@ class TaskPriorityController:
         tasks.append(self._rest)
         if params.limits_first:
             tasks.insert(0, limit_task(robot, now.joints.q))
-        rho, scale = solve(tasks, speed * robot.qd_max)
+        rho, fitting = solve(tasks, speed * robot.qd_max)
         qd, shortened = bring_into(rho, now.applied, box)
         nearest = int(np.argmax(safety.task.activation)) if safety.task else 0
         return Command(
             qd=freeze(qd),
             activation=float(safety.task.activation[nearest]) if safety.task else 0.0,
             reference=float(safety.task.reference[nearest]) if safety.task else 0.0,
-            progress=min(scale, shortened),
+            progress=min(fitting, shortened),
             control_row=safety.row,
         )
 
