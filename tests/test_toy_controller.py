@@ -26,7 +26,7 @@ __all__ = ["the_built", "the_clock", "the_engine", "the_page"]
 
 
 class Toy:
-    """To the goal by damped least squares; the slower the nearer anything is, at rest at d_min."""
+    """To the goal by damped least squares; the slower the nearer anything is, at rest 5 cm before the distance kept."""
 
     def __init__(self, robot, clearance):
         self._robot = robot
