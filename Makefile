@@ -13,7 +13,7 @@ RUNS ?= 1000000
 PIP_INSTALL := $(PY) -m pip install --quiet --disable-pip-version-check -c constraints.txt
 
 .DEFAULT_GOAL := help
-.PHONY: help run test check slow peers peers-env hardware bench robot wheel clean browser
+.PHONY: help run test check slow peers peers-env hardware bench robot reference wheel clean browser
 
 help: ## list the targets
 	@grep -hE '^[a-z-]+:.*## ' $(MAKEFILE_LIST) | sed -E 's/:.*## /\t/' | awk -F '\t' '{printf "  make %-10s%s\n", $$1, $$2}'
@@ -64,6 +64,9 @@ robot: $(MODEL) ## model the built-in robots anew and write their meshes
 	$(PY) robots/ur10e/skin/covers.py
 	$(PY) robots/ur10e/tools/screwdriver.py
 	$(PY) robots/swan7/model.py
+
+reference: $(RUN) ## renew the tables of keys and the drawing of robots/README.md
+	$(PY) robots/reference.py
 
 wheel: $(DEV) ## build dist/flinch-*.whl, robots and scenes included
 	$(PY) -m build --wheel --no-isolation

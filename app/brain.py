@@ -112,7 +112,7 @@ class Brain:
             errand.hold(tool)
         engage = self.wishes.heed(x, tool, self._guard, self._perception, mind)
         p = self.params
-        share, moving = self._guard.judge(x, p.silence, p.slow_after)
+        share, moving = self._guard.judge(x, p.silence)
         seen = self._perception.update(
             x.frames, x.joints, posture, p, mind.needs(p), x.dt, lap
         )  # fmt: skip
@@ -154,7 +154,7 @@ class Brain:
 
     def _jump(self, seen: Percept, command: Command) -> float:
         """How far the control point has moved since the last tick [m]."""
-        before, row = self._point, command.control_row
+        before, row = self._point, seen.steady.measured(command.control_row)
         self._point = seen.pairs.on_robot[row] if row >= 0 else None
         if before is None or self._point is None:
             return 0.0

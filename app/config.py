@@ -1,8 +1,13 @@
-"""Every tunable once.
+"""Every setting once.
 
-Each field of `Params` carries its unit, its range and one line of help. From this one place
-come the command-line flag, the check of a TOML file, the slider on the page and the table in
-the manual. `Params` is frozen and swapped whole: `replace(params, d_min=0.25)`.
+Each field of `Params` carries its unit, its range and a sentence that a person understands. From
+this one place come the command-line flag, the key and the check of a TOML file, the control on the
+page and the table in the manual, all by the same words: `distance_kept` is "Distance kept" on the
+page and `--distance-kept` for the command line. `Params` is frozen and swapped whole:
+`replace(params, distance_kept=0.3)`.
+
+What is not here is a constant beside the code that uses it, with its reason, or a fact of a sensor
+in its type (`app.robot.sensor_type`).
 """
 
 import tomllib
@@ -11,6 +16,7 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple, get_type_hints
 
+from app.config_names import moved
 from app.errors import ConfigError, options
 
 # What may be chosen, each with its line of help. Rooms look down: a room above that holds what is
@@ -18,138 +24,112 @@ from app.errors import ConfigError, options
 MODES: dict[str, str] = {}  # by `app.control.registry`
 SOLVERS = {"daqp": "an active-set method, exact", "proxqp": "an augmented Lagrangian method"}
 
+CLEARANCE, GOAL, SEPARATION, SENSES = "Keeping clear", "The goal", "Separation", "What is seen"
 
-def tunable(
-    default: Any,
-    unit: str,
-    low: float | None,
-    high: float | None,
-    room: str,
-    help: str,
-    choices: Mapping[str, str] | None = None,
-) -> Any:
-    """A dataclass field with the facts that the page, the flags and the checks need."""
-    facts = {"unit": unit, "low": low, "high": high, "room": room, "help": help, "choices": choices}
-    return field(default=default, metadata=facts)
+
+def number(default: float, unit: str, low: float, high: float, group: str, help: str) -> Any:
+    """A setting from `low` to `high` [unit]."""
+    return _setting(default, unit, low, high, group, help, None)
+
+
+def switch(default: bool, group: str, help: str) -> Any:
+    """A setting that is on or off."""
+    return _setting(default, "", None, None, group, help, None)
+
+
+def choice(default: str, group: str, help: str, choices: Mapping[str, str]) -> Any:
+    """A setting that is one of `choices`, each with its line of help."""
+    return _setting(default, "", None, None, group, help, choices)
+
+
+def _setting(
+    default: Any, unit: str, low: float | None, high: float | None, group: str, help: str,
+    choices: Mapping[str, str] | None,
+) -> Any:  # fmt: skip
+    facts = {"unit": unit, "low": low, "high": high, "group": group, "help": help}
+    return field(default=default, metadata=facts | {"choices": choices})
 
 
 @dataclass(frozen=True)
 class Params:
     """All settings that may change while running (SI units).
 
-    Defaults and ranges: `d_min`, `delta` and the gains follow the reproduction of the paper,
-    which gives no values. What is a fact of a sensor is in its type, `app.robot.sensor_type`.
+    Defaults: the paper gives no values; the distances follow from its average of 0.28 to 0.30 m,
+    the speeds from what its figures show.
     """
 
-    mode: str = tunable("qp", "", None, None, "control", "controller", MODES)
-    d_min: float = tunable(
-        0.20, "m", 0.05, 0.40, "control",
-        "wb, sm, multi: distance at which avoidance is fully active",
+    mode: str = choice("qp", CLEARANCE, "which controller leads the arm", MODES)
+    distance_kept: float = number(
+        0.25, "m", 0.05, 0.40, CLEARANCE,
+        "how far the arm stays from what its sensors see; more is safer and reaches less",
     )  # fmt: skip
-    delta: float = tunable(
-        0.10, "m", 0.05, 0.30, "control", "wb, sm, multi: width of the transition above d_min"
+    avoidance_begins: float = number(
+        0.60, "m", 0.42, 1.50, CLEARANCE, "what is farther away does not slow the arm (qp)"
     )
-    lambda_safety: float = tunable(
-        2.0, "1/s", 0.5, 5.0, "control", "wb, sm, multi: gain of the avoidance task"
-    )
-    v_safe: float = tunable(
-        0.6, "m/s", 0.05, 1.0, "control", "wb, sm, multi: largest speed of the avoidance task"
-    )
-    lambda_p: float = tunable(1.2, "1/s", 0.1, 5.0, "control", "gain of the goal position")
-    lambda_o: float = tunable(1.5, "1/s", 0.1, 5.0, "control", "gain of the goal orientation")
-    v_max: float = tunable(0.30, "m/s", 0.02, 1.0, "control", "largest speed towards the goal")
-    w_max: float = tunable(0.6, "rad/s", 0.05, 2.0, "control", "largest turn towards the goal")
-    speed: float = tunable(
-        0.5, "", 0.05, 1.0, "control", "share of the joints' velocity limits that may be used"
-    )
-    footprint: bool = tunable(
-        True, "", None, None, "perception",
-        "self filter: up to nine rays a zone, since a zone is a cone",
+    retreat_speed: float = number(
+        0.5, "m/s", 0.05, 1.5, CLEARANCE,
+        "how fast the arm gives way at most to what is too near (qp)",
     )  # fmt: skip
-    two_sided: bool = tunable(
-        False, "", None, None, "perception",
-        "self filter: keep points behind the body, as the paper's Algorithm 1 does",
+    slide_along: bool = switch(
+        False, CLEARANCE,
+        "slide along what blocks the way to the goal, instead of slowing before it (qp)",
     )  # fmt: skip
-    ghost_filter: bool = tunable(
-        True, "", None, None, "perception",
-        "wait for a second frame or zone before a nearer point is believed",
+    way_round: bool = switch(
+        False, CLEARANCE,
+        "when the goal is blocked, try a way round it: a few seconds and at most 0.3 m aside",
     )  # fmt: skip
-    ghost_near: float = tunable(
-        0.15, "m", 0.0, 0.5, "perception",
-        "points nearer than this to the lens or before the body are believed at once",
+    bounds_first: bool = switch(
+        False, CLEARANCE,
+        "where not all can be kept clear of, the least is given up first, whatever the goal (qp)",
     )  # fmt: skip
-    memory: bool = tunable(
-        True, "", None, None, "perception",
-        "keep points that have left the field of view for a while",
+    limits_first: bool = switch(
+        False, CLEARANCE,
+        "leave the ends of the joints' ranges before anything else (wb, sm, multi)",
     )  # fmt: skip
-    obstacle_speed: bool = tunable(
-        True, "", None, None, "perception",
-        "estimate how fast obstacles approach and give way the faster",
-    )  # fmt: skip
-    silence: float = tunable(
-        0.5, "s", 0.1, 2.0, "runtime", "the arm stops when no sensor has spoken for this long"
-    )
-
-    d_s: float = tunable(
-        0.25, "m", 0.05, 0.40, "control", "qp: distance that is kept; safety against reach"
-    )
-    d_inf: float = tunable(0.60, "m", 0.42, 1.50, "control", "qp: farther pairs are no bounds")
-    xi: float = tunable(1.0, "m/s", 0.1, 3.0, "control", "qp: approach speed that is free at d_inf")
-    v_esc: float = tunable(
-        0.5, "m/s", 0.05, 1.5, "control", "qp: largest speed of retreat that a pair demands"
-    )
-    k_g: float = tunable(10.0, "", 0.1, 100.0, "control", "qp: weight of the goal's twist")
-    k_b: float = tunable(
-        0.5, "", 0.0, 10.0, "control", "qp: weight of progress along the goal's twist"
-    )
-    solver: str = tunable(
-        "daqp", "", None, None, "control",
+    solver: str = choice(
+        "daqp", CLEARANCE,
         "solver of the quadratic programmes; the other one gives the second opinion", SOLVERS,
     )  # fmt: skip
-    slide: bool = tunable(
-        False, "", None, None, "control",
-        "qp: slide along an obstacle that blocks the goal, instead of slowing before it",
-    )  # fmt: skip
-    lexicographic: bool = tunable(
-        False, "", None, None, "control",
-        "qp: first the least relaxing of the bounds, whatever it costs the goal",
-    )  # fmt: skip
-    limit_task: bool = tunable(
-        False, "", None, None, "control",
-        "wb, sm, multi: leave the ends of the joints' ranges before anything else",
-    )  # fmt: skip
-    goal_split: bool = tunable(
-        False, "", None, None, "control",
-        "wb, sm, multi: the goal's position before its orientation",
-    )  # fmt: skip
-    separation: bool = tunable(
-        False, "", None, None, "control",
-        "qp: also bound the approach by speed and separation; a model, not a certified function",
-    )  # fmt: skip
-    ssm_person: float = tunable(
-        1.6, "m/s", 0.0, 3.0, "control", "separation: speed that a person is assumed to come with"
+    goal_speed: float = number(
+        0.30, "m/s", 0.02, 1.0, GOAL, "how fast the tool goes to its goal at most"
     )
-    ssm_measured: bool = tunable(
-        False, "", None, None, "control",
-        "separation: the person comes as fast as is measured, with a margin, not as is assumed",
-    )  # fmt: skip
-    ssm_reaction: float = tunable(
-        0.17, "s", 0.02, 1.0, "control",
-        "separation: from a measurement to the first braking; an older measurement adds to it",
-    )  # fmt: skip
-    ssm_deceleration: float = tunable(
-        3.0, "m/s^2", 0.5, 10.0, "control", "separation: braking of a body point"
+    goal_turning: float = number(
+        0.6, "rad/s", 0.05, 2.0, GOAL, "how fast the tool turns to its goal at most"
     )
-    ssm_margin: float = tunable(
-        0.10, "m", 0.0, 1.0, "control", "separation: intrusion and uncertainty of positions"
+    joint_speed: float = number(
+        0.5, "", 0.05, 1.0, GOAL, "share of the joints' own speed limits that may be used"
     )
-    escape: bool = tunable(
-        False, "", None, None, "control",
-        "try a way round, a few seconds and at most 0.3 m aside, when the goal is blocked",
+    position_first: bool = switch(
+        False, GOAL, "the goal's place before its orientation (wb, sm, multi)"
+    )
+    separation: bool = switch(
+        False, SEPARATION,
+        "also bound the approach by speed and separation; a model, not a certified function (qp)",
     )  # fmt: skip
-    slow_after: float = tunable(
-        0.2, "s", 0.1, 2.0, "runtime", "the arm slows when no sensor has spoken for this long"
+    person_speed: float = number(
+        1.6, "m/s", 0.0, 3.0, SEPARATION, "how fast a person is assumed to come"
     )
+    person_speed_measured: bool = switch(
+        False, SEPARATION, "a person comes as fast as is measured, with a margin, not as is assumed"
+    )
+    reaction_time: float = number(
+        0.17, "s", 0.02, 1.0, SEPARATION,
+        "from a measurement to the first braking; an older measurement adds to it",
+    )  # fmt: skip
+    braking: float = number(
+        3.0, "m/s^2", 0.5, 10.0, SEPARATION, "how hard a point of the body can brake"
+    )
+    separation_margin: float = number(
+        0.10, "m", 0.0, 1.0, SEPARATION, "room for what is not known of positions"
+    )
+    memory: bool = switch(True, SENSES, "remember for a while what has left the field of view")
+    obstacle_speed: bool = switch(
+        True, SENSES, "measure how fast things come nearer, and give way the faster"
+    )
+    silence: float = number(
+        0.5, "s", 0.1, 2.0, SENSES,
+        "the arm stops when half of the sensors have not spoken for this long, and slows before",
+    )  # fmt: skip
 
     def __post_init__(self) -> None:
         for f in fields(self):
@@ -170,8 +150,13 @@ class Tunable(NamedTuple):
     unit: str
     low: float | None
     high: float | None
-    room: str
+    group: str
     about: str
+
+    @property
+    def label(self) -> str:
+        """What the page calls it: its name in words."""
+        return self.name.replace("_", " ").capitalize()
 
     @property
     def choices(self) -> tuple[str, ...]:
@@ -193,15 +178,14 @@ def tunables() -> Iterator[Tunable]:
         m = f.metadata
         yield Tunable(
             f.name, hints[f.name], m["choices"], f.default, m["unit"], m["low"], m["high"],
-            m["room"], m["help"],
+            m["group"], m["help"],
         )  # fmt: skip
 
 
 def change(params: Params, changes: Mapping[str, Any]) -> Params:
     """`params` with some settings changed; an unknown name or a bad value is a ConfigError."""
     for key in changes:
-        if key not in _FACTS:
-            raise ConfigError(f"unknown setting {key!r}; {options(key, _FACTS)}")
+        _check_name(key, "")
     return replace(params, **changes)
 
 
@@ -213,12 +197,16 @@ def load_params(path: Path, base: Params | None = None) -> Params:
         raise ConfigError(f"{path}: cannot be read ({e.strerror}); give another file") from e
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
         raise ConfigError(f"{path}: not valid TOML ({e}); mend that line") from e
-    known = {t.name for t in tunables()}
     for key, value in table.items():
-        if key not in known:
-            raise ConfigError(f"{path}: unknown setting {key!r}; {options(key, known)}")
+        _check_name(key, f"{path}: ")
         _check(key, value, f"{path}: ")
     return replace(base or Params(), **table)
+
+
+def _check_name(name: str, where: str) -> None:
+    if name not in _FACTS:
+        remedy = moved(name) or options(name, _FACTS)
+        raise ConfigError(f"{where}unknown setting {name!r}; {remedy}")
 
 
 def _check(name: str, value: Any, where: str) -> None:

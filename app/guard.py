@@ -16,6 +16,7 @@ from app.robot.skin import Skin
 from app.tick import Inputs
 
 SILENT_SHARE = 0.5  # of the connected sensors: from this share on the arm is blind
+SLOWS = 0.4  # of the silence that stops the arm: three frames at 15 Hz of half a second
 BLIND_STOP = 3  # sensors that cannot see; one or two of them slow the arm
 LONGER = 0.1  # [s] a sensor alone may be silent beyond what is borne of all: a frame and its way
 USELESS = {
@@ -71,10 +72,10 @@ class Guard:
         """Stop; the first reason stays until a person acts."""
         self._supervisor.fault(reason, now)
 
-    def judge(self, x: Inputs, silence: float, slow_after: float) -> tuple[float, bool]:
+    def judge(self, x: Inputs, silence: float) -> tuple[float, bool]:
         """The share of the speed that may be used, and whether the arm may move at all.
 
-        silence: [s] of half of the sensors that stop it, from `slow_after` [s] on it slows.
+        silence: [s] of half of the sensors that stop it; from `SLOWS` of it on it slows.
         """
         since = self._listening
         assert since is not None  # `listen` has been here
@@ -91,6 +92,7 @@ class Guard:
             self.fault(f"{len(blind)} of {connected} sensors cannot see: {_listed(blind)}", x.now)
         self.blind_share = len(blind) / max(connected, 1)
         self.advice = f"slow: cannot see with {_listed(blind)}" if blind else ""
+        slow_after = SLOWS * silence
         if self.health.silent(x.now, slow_after, since) >= SILENT_SHARE * max(connected, 1):
             age = self.health.age(x.now, since, SILENT_SHARE)
             share *= (late := speed_share(age, slow_after, silence))

@@ -10,7 +10,7 @@ frame to the page; zone j of sensor k is row `Skin.first[k] + j`.
 
 from dataclasses import dataclass, field
 from enum import IntEnum, StrEnum
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -157,22 +157,6 @@ class Pairs:
         return row if self.source is None or row < 0 else int(self.source[row])
 
 
-@dataclass(frozen=True, slots=True)
-class Needs:
-    """What a controller wants of perception.
-
-    pairs: the closest of every link, several of every link, or that of every sensor's mount.
-    reach: [m] up to where pairs are followed.   ages: how old is each measurement?
-    as_published: as the paper perceives: one ray a zone, points behind the body stay, nothing is
-                  remembered, doubted, steadied, held on to or known to move.
-    """
-
-    pairs: Literal["links", "several", "mounts"]
-    reach: float
-    ages: bool = False
-    as_published: bool = False
-
-
 # --- control ------------------------------------------------------------------------------
 
 
@@ -190,7 +174,7 @@ class Command:
     activation: 0..1, how far the avoidance acts; where it is made of bounds, 1 if one holds.
     reference:  retreat speed asked for along the normal [m/s].
     progress:   0..1 of what was asked for that limits and bounds leave.
-    control_row: row of `pairs` that the avoidance acted on, -1 if none.
+    control_row: row of the pairs that the controller was told of, which it acted on, -1 if none.
     slack:       largest amount by which a bound had to give way [m/s].
     protective:  speed and separation: distance [m] that the nearest pair needs, 0 if not in use.
     reason:      why the arm brakes or waits though it may move; empty otherwise.

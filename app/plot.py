@@ -10,7 +10,7 @@ from app.errors import ConfigError
 
 KINDS = (".png", ".svg")
 COLOURS = ("#00798c", "#d1495b", "#edae49", "#8d96a3", "#66437d", "#5b8c3e")  # in their order
-Line = tuple[Sequence[float], Sequence[float]]
+Curve = tuple[Sequence[float], Sequence[float]]
 
 
 def check_plot(path: Path) -> None:
@@ -23,7 +23,7 @@ def check_plot(path: Path) -> None:
         raise ConfigError("plot needs the package matplotlib; install flinch[plot]")
 
 
-def plot_lines(path: Path, fields: Mapping[str, Mapping[str, Line]], across: str, up: str) -> None:
+def plot_lines(path: Path, fields: Mapping[str, Mapping[str, Curve]], across: str, up: str) -> None:
     """Named lines over logarithmic axes, a field a title; across, up: what the axes are."""
     from matplotlib.figure import Figure
 

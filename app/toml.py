@@ -20,7 +20,11 @@ Vector = tuple[float, float, float]
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Base of every TOML table: keys are typed, unknown keys are refused."""
+    """Base of every TOML table: keys are typed, unknown keys are refused.
+
+    No key may be a number or a text with limits or else a tuple (`Positive | Vector`): msgspec 0.22
+    then crashes when rubbish is collected.
+    """
 
 
 def read_toml(path: Path, kind: type[T], error: type[FlinchError], where: str = "") -> T:

@@ -18,6 +18,7 @@ Step = str | int  # a key, or a place in a list
 Path = tuple[Step, ...]
 STEP = re.compile(r"\.([^.\[`]+)|\[(\d+|\.\.\.)\]")
 FIELD = re.compile(r"Object (contains unknown|missing required) field `(.*)`")
+KIND = re.compile("Expected|Invalid|not finite")  # the value is simply not what it should be
 
 
 class Place(NamedTuple):
@@ -43,7 +44,7 @@ def parse(message: str) -> tuple[str, Path]:
 def explain(complaint: str, path: Path, raw: Any, kind: Any, name: str) -> str:
     """What is wrong at the end of `path` in `raw`, which should be a `kind` and is called `name`.
 
-    complaint: msgspec's, or any other where the value is simply not what it should be.
+    complaint: msgspec's, "not finite", or the own words of a table's `__post_init__`.
     """
     place = Place((), name, raw, inspect.type_info(kind))
     for step in path:
@@ -52,9 +53,11 @@ def explain(complaint: str, path: Path, raw: Any, kind: Any, name: str) -> str:
             known = options(str(given), _tags(place.kind))
             return _line(place.entries, f"unknown {place.name} {step} {given!r}; {known}")
         place = _into(place, step)
+    if KIND.match(complaint):
+        return _line(place.entries, f"{place.name} {_remedy(place)}")
     found = FIELD.fullmatch(complaint)
     if not found:
-        return _line(place.entries, f"{place.name} {_remedy(place)}")
+        return _line(_inside(place), complaint)
     state, key = found.groups()
     if key == _tag_field(place.kind):
         known = options("", _tags(place.kind))

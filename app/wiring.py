@@ -7,7 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from app.actions import RunProgram
-from app.assets import asset_folder
 from app.brain import Brain
 from app.cell.files import load_cell
 from app.cell.parts import Cell
@@ -24,6 +23,7 @@ from app.plant.plant import Arm
 from app.plant.real import RealPlant
 from app.plant.simulated import SimulatedPlant
 from app.robot.arm import SimulatedArm
+from app.robot.blind import blind_words
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.ranges import complete, load_ranges
@@ -89,7 +89,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         own = load_program(find_program(setup.program))
         programs[own.name] = own
     scene = load_scene(find_scene(setup.scene), setup.seed)
-    home, simulated = _home(setup, scene, robot), setup.driver == SIMULATED
+    home, simulated = choose_home(setup, scene, robot), setup.driver == SIMULATED
     cell, learned_file = _cell(setup, scene)
     held: list[Arm | Source] = []
     try:
@@ -110,7 +110,8 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
-        engine.warnings = warnings(robot, cell, arm.state(clock.now()).q)
+        near = warnings(robot, cell, arm.state(clock.now()).q)
+        engine.warnings = (*blind_words(robot, skin), *near)
         if learned_file is not None:
             engine.follow(Keeper(learned_file, engine.post))
         if setup.ghost:
@@ -228,7 +229,7 @@ def _eye(
     return kind(robot, skin, world, setup.seed, errors)
 
 
-def _home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
+def choose_home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
     """The posture to begin in; None for the robot's own."""
     home = scene.home
     if setup.choice.home_deg or scene.robot not in ("", robot.name):
@@ -260,17 +261,21 @@ def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
 
 
 def build_robot(setup: Setup) -> Robot:
-    """The robot that a setup names: a folder, a bare URDF, or a public description."""
+    """The robot that a setup names, in the covers of its layout: a folder, a bare URDF, or a
+    public description."""
+    choice = replace(setup.choice, skin=setup.skin)
     if setup.urdf:
-        return load_urdf(Path(setup.urdf), setup.choice)
+        return load_urdf(Path(setup.urdf), choice)
     if setup.robot.startswith(PREFIX):
-        return load_urdf(find_description(setup.robot.removeprefix(PREFIX)), setup.choice)
-    return load_robot(find_robot(setup.robot), setup.choice)
+        return load_urdf(find_description(setup.robot.removeprefix(PREFIX)), choice)
+    return load_robot(find_robot(setup.robot), choice)
 
 
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
-    """The layout that a setup names, or the robot's own."""
-    skin = load_skin(_skin_file(setup.skin, robot), robot)
+    """The layout whose covers the robot wears, as `build_robot` chose it."""
+    if robot.layout is None:
+        raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
+    skin = load_skin(robot.layout, robot)
     if setup.ranges is None:
         return skin
     return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
@@ -280,27 +285,6 @@ def build_robot_and_skin(setup: Setup) -> tuple[Robot, Skin]:
     """Both; RobotError where neither the setup nor the robot names a layout."""
     robot = build_robot(setup)
     return robot, choose_skin(setup, robot)
-
-
-def _skin_file(name: str, robot: Robot) -> Path:
-    given = name or robot.skin
-    if not given:
-        raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
-    inside = (robot.folder / given, robot.folder / "skin" / f"{given}.toml")
-    for path in (Path(given), *inside, *_of_another(given)):
-        if path.is_file():
-            return path
-    known = ", ".join(sorted(p.stem for p in (robot.folder / "skin").glob("*.toml")))
-    raise RobotError(
-        f"skin {given!r} is neither a file nor a layout of {robot.name}; known: {known or 'none'}"
-    )
-
-
-def _of_another(given: str) -> tuple[Path, ...]:
-    """A layout of another robot's folder, as NAME/LAYOUT."""
-    robot, _, layout = given.partition("/")
-    folder = asset_folder("robots") / robot / "skin"
-    return (folder / f"{layout}.toml",) if layout and folder.is_dir() else ()
 
 
 def clock_for(setup: Setup) -> Clock:

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.cell.parts import Cell
-from app.control.bounds.rows import empty_sheet, used
+from app.control.bounds.rows import empty_sheet, rows_of
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.limits import Step, braked
@@ -46,14 +46,14 @@ def bound_by(robot, bound, posture, pairs, params, previous=None, dt=1e6):
     no velocity breaks it, and by default none is eased in.
     """
     wide, before = np.full(robot.n, np.inf), np.zeros(robot.n) if previous is None else previous
-    step = Step(-wide, wide, before, params.speed * robot.qd_max, robot.qdd_max, dt)
+    step = Step(-wide, wide, before, params.joint_speed * robot.qd_max, robot.qdd_max, dt)
     now = Situation(
         posture, JointState(0.0, posture.q, before), pairs, None, params, dt, 1.0, before
     )  # fmt: skip
     sheet = empty_sheet(2 * len(pairs.distance) + 64, robot.n)
     for kind in bound if isinstance(bound, tuple) else (bound,):
         kind.append(now, step, sheet)
-    return used(sheet)
+    return rows_of(sheet)
 
 
 def alone(robot, mode="qp", cell=None):

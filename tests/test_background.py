@@ -5,18 +5,18 @@ import pytest
 
 from app.cell.learned import EDGE, Learned, cubes_at
 from app.cell.parts import Cell, HalfSpace
-from app.config import Params
 from app.errors import SensorError
 from app.messages import Verdict
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
+from app.perception.rules import Rules
 from app.perception.static_filter import StaticFilter
 from app.sensing.simulated import SimulatedSkin
 from app.world.scene import load_scene
 from app.world.world import World
 from tests.fakes import frame
 
-P = Params()
+P = Rules()
 WALL = np.array([[1.0, 0.0, 0.0], [1.0, 0.3, 0.0]])
 
 

@@ -1,6 +1,7 @@
 """The ground floor: settings, time, files and error messages."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 
 from app.assets import asset_folder, find_asset
 from app.config import Params, change, load_params, tunables
+from app.config_names import CONSTANT, ELSEWHERE, NOW
 from app.errors import ConfigError, options
 from app.messages import freeze
 from app.raycast import MISS, Beams, Hits, RigidMesh, Solids
@@ -26,27 +28,56 @@ def test_every_setting_is_checked_at_both_ends_of_its_range():
 
 
 def test_a_setting_of_the_wrong_kind_is_refused():
-    for wrong in ({"d_min": "0.2"}, {"d_min": True}, {"footprint": 1}, {"mode": "xx"}):
+    for wrong in ({"distance_kept": "0.2"}, {"distance_kept": True}, {"memory": 1}, {"mode": "xx"}):
         with pytest.raises(ConfigError):
             Params(**wrong)
 
 
 def test_changing_settings_leaves_the_old_ones_alone():
     before = Params()
-    assert change(before, {"d_min": 0.3}).d_min == 0.3 and before.d_min == 0.2
-    with pytest.raises(ConfigError, match="did you mean 'd_min'"):
-        change(before, {"d_mni": 0.3})
+    assert change(before, {"distance_kept": 0.3}).distance_kept == 0.3
+    assert before.distance_kept == 0.25
+    with pytest.raises(ConfigError, match="did you mean 'distance_kept'"):
+        change(before, {"distance_kpet": 0.3})
 
 
 def test_a_settings_file_is_read_and_its_faults_are_named(tmp_path):
     file = tmp_path / "s.toml"
-    file.write_text("d_min = 0.25\nfootprint = false\n")
-    assert load_params(file).d_min == 0.25 and not load_params(file).footprint
-    file.write_text("d_min = 5.0\n")
-    with pytest.raises(ConfigError, match=r"s\.toml: d_min = 5 m; give a value from 0.05 to 0.4"):
+    file.write_text("distance_kept = 0.3\nmemory = false\n")
+    assert load_params(file).distance_kept == 0.3 and not load_params(file).memory
+    file.write_text("distance_kept = 5.0\n")
+    with pytest.raises(ConfigError, match=r"s\.toml: distance_kept = 5 m; give a value from 0.05"):
         load_params(file)
     with pytest.raises(ConfigError, match="cannot be read"):
         load_params(tmp_path / "none.toml")
+
+
+@pytest.mark.parametrize(
+    ("old", "remedy"),
+    [("d_s", "it is called distance_kept now"), ("ssm_person", "it is called person_speed now"),
+     ("d_min", "give distance_kept, which is 0.05 m more"), ("k_b", "a constant of the method"),
+     ("range_max", "a fact of the sensor's type"), ("two_sided", "choose mode = 'paper'")],
+)  # fmt: skip
+def test_a_name_of_before_says_what_to_write_instead(tmp_path, old, remedy):
+    file = tmp_path / "s.toml"
+    file.write_text(f"{old} = 0.25\n")
+    with pytest.raises(ConfigError, match=rf"s\.toml: unknown setting '{old}'; .*{remedy}"):
+        load_params(file)
+    with pytest.raises(ConfigError, match=remedy):
+        change(Params(), {old: 0.25})
+
+
+def test_no_name_of_before_is_a_setting_and_each_new_one_is():
+    names = {t.name for t in tunables()}
+    assert not names & (NOW.keys() | ELSEWHERE.keys() | CONSTANT)
+    assert set(NOW.values()) <= names
+
+
+def test_about_twenty_settings_are_left_each_in_words():
+    assert len(list(tunables())) <= 24
+    for t in tunables():
+        assert re.fullmatch(r"[a-z]+(_[a-z]+)*", t.name) and len(t.about) > 8
+        assert t.label.lower().replace(" ", "_") == t.name
 
 
 def test_options_put_the_likely_name_first():

@@ -6,9 +6,9 @@ import trimesh
 
 from app.bench.exactness import filter_disagreements, worst_distance
 from app.bench.perception import make_scene
-from app.config import Params
 from app.judge.reference import first_hit, nearest_of, signed_distance
 from app.perception.calibration import LEAST, suggest
+from app.perception.rules import Rules
 
 
 @pytest.fixture
@@ -34,7 +34,7 @@ def test_the_reference_ray_hits_a_ball_and_misses_beside_it(ball):
 def test_no_verdict_differs_from_float64(robot, skin):
     scene = make_scene(robot, skin, 0, 2)
     for nine, postures in ((False, scene), (True, scene[:1])):
-        wrong, compared = filter_disagreements(robot, skin, postures, Params(footprint=nine))
+        wrong, compared = filter_disagreements(robot, skin, postures, Rules(footprint=nine))
         assert wrong == 0 and compared > 250
 
 

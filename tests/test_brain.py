@@ -169,7 +169,7 @@ class SlowArm(SimulatedArm):
 @pytest.mark.parametrize("mode", ["qp", "wb"])
 def test_the_controller_plans_with_the_limits_that_the_arm_publishes(robot, skin, mode):
     arm = SlowArm(robot)
-    bench = Bench(robot, skin, arm, params=Params(mode=mode, speed=1.0))
+    bench = Bench(robot, skin, arm, params=Params(mode=mode, joint_speed=1.0))
     T = np.array(bench.run(0.2).T_base_tool)
     T[:3, 3] += [0.0, -0.5, 0.1]
     bench.run(2.0, SetGoal(T))
@@ -191,7 +191,7 @@ class HalfDeafArm(SimulatedArm):
 
 
 def test_what_was_applied_is_read_by_the_next_tick_and_the_controller_goes_on_from_it(robot, skin):
-    bench = Bench(robot, skin, HalfDeafArm(robot), params=Params(speed=1.0))
+    bench = Bench(robot, skin, HalfDeafArm(robot), params=Params(joint_speed=1.0))
     ticks = bench.engine.subscribe(1000)
     T = np.array(bench.run(0.2).T_base_tool)
     T[:3, 3] += [0.0, -0.5, 0.1]
@@ -272,7 +272,7 @@ def test_each_sensor_that_is_silent_costs_speed_and_is_named(robot, skin, dead, 
     assert "cannot see with ring1-01 (silent)" in s.advice
     assert s.blind == pytest.approx(dead / skin.count)
     fastest = max(np.abs(o.command.qd / robot.qd_max).max() for _, o in ticks.take()[-200:])
-    assert fastest <= share * s.params.speed + 1e-9
+    assert fastest <= share * s.params.joint_speed + 1e-9
 
 
 def test_three_sensors_that_cannot_see_stop_the_arm_by_name(robot, skin):

@@ -23,7 +23,7 @@ DT = 0.01  # [s]
 NOTHING = Pairs(
     np.empty(0, np.intp), np.empty(0), *np.empty((3, 0, 3)), np.empty(0, np.intp), -1
 )  # fmt: skip
-FAST = Params(mode="qp", v_max=1.0, speed=1.0)
+FAST = Params(mode="qp", goal_speed=1.0, joint_speed=1.0)
 
 
 def plane(z, size=(2.0, 2.0), rpy=(0.0, 0.0, 0.0)):

@@ -41,8 +41,13 @@ def test_broken_toml_is_one_line(capsys, tmp_path):
     file.write_text("title = [")
     assert "not valid TOML" in refused(capsys, "run", "--scene", str(file), "--headless")
     assert "not valid TOML" in refused(capsys, "run", "--config", str(file), "--headless")
-    file.write_text("d_mim = 0.2")
-    assert "d_min" in refused(capsys, "run", "--config", str(file), "--headless")
+    file.write_text("distance_kpet = 0.2")
+    assert "distance_kept" in refused(capsys, "run", "--config", str(file), "--headless")
+
+
+def test_a_flag_of_before_says_what_it_is_called_now(capsys):
+    assert "distance_kept" in refused(capsys, "run", "--d-s", "0.3", "--headless")
+    assert "joint_speed" in refused(capsys, "run", "--speed=0.3", "--headless")
 
 
 def test_an_unreadable_replay_is_one_line(capsys):
@@ -51,7 +56,7 @@ def test_an_unreadable_replay_is_one_line(capsys):
 
 
 def test_a_value_out_of_range_is_one_line(capsys):
-    assert "0.05 to 0.4" in refused(capsys, "run", "--headless", "--d-min", "7")
+    assert "0.05 to 0.4" in refused(capsys, "run", "--headless", "--distance-kept", "7")
     assert "50 to 500" in refused(capsys, "run", "--headless", "--rate", "9000")
     assert "--headless" in refused(capsys, "run", "--json")
 
@@ -103,7 +108,7 @@ def test_headless_json_is_one_object_in_the_common_form():
 
 def test_flags_win_over_the_file(tmp_path, capsys):
     file = tmp_path / "c.toml"
-    file.write_text('mode = "sm"\nd_min = 0.3\n')
+    file.write_text('mode = "sm"\ndistance_kept = 0.3\n')
     common = ("run", "--headless", "--seconds", "0.1", "--scene", "empty", "--json")
     assert main([*common, "--config", str(file), "--mode", "wb"]) == 0
     assert json.loads(capsys.readouterr().out)["rows"][0]["mode"] == "wb"

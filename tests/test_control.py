@@ -142,7 +142,7 @@ def test_the_goal_twist_is_bounded_and_keeps_its_direction(robot):
     T = robot.posture(robot.home).T_base_tool
     G = T.copy()
     G[:3, 3] += [3.0, 4.0, 0.0]
-    assert goal_twist(T, G, 1.2, 1.5, 0.3, 0.6)[:3] == pytest.approx([0.18, 0.24, 0.0])
+    assert goal_twist(T, G, 0.3, 0.6)[:3] == pytest.approx([0.18, 0.24, 0.0])
     assert goal_error(T, G)[0] == pytest.approx(5.0)
 
 
@@ -183,7 +183,7 @@ def test_limits_are_never_exceeded_in_ten_thousand_random_steps(robot):
     rng = np.random.default_rng(24)
     control, dt = alone(robot, "wb"), 0.004
     arm = SimulatedArm(robot, rng.uniform(robot.q_min, robot.q_max))
-    params, pairs, goal = Params(speed=1.0), NOTHING, None
+    params, pairs, goal = Params(joint_speed=1.0), NOTHING, None
     change = 0.0
     before = np.zeros(6)
     for i in range(10_000):
@@ -198,7 +198,7 @@ def test_limits_are_never_exceeded_in_ten_thousand_random_steps(robot):
             else:
                 pairs = NOTHING
             params = Params(
-                speed=float(rng.uniform(0.05, 1.0)), v_max=1.0, w_max=2.0, lambda_safety=5.0,
+                joint_speed=float(rng.uniform(0.05, 1.0)), goal_speed=1.0, goal_turning=2.0
             )  # fmt: skip
             control = alone(robot, str(rng.choice(["wb", "paper"])))
             control.reset(before)

@@ -43,7 +43,7 @@ def drive(robot, control, params, goal, seconds, pairs=lambda posture: NOTHING):
 
 
 def test_slow_and_stop_approaches_no_faster_than_allowed_and_never_gives_way(robot, bounds):
-    params = Params(mode="ssm", speed=1.0, v_max=1.0)
+    params = Params(mode="ssm", joint_speed=1.0, goal_speed=1.0)
     start = robot.posture(robot.home).T_base_tool
     goal = start.copy()
     goal[0, 3] += 0.3
@@ -64,7 +64,7 @@ def opposite(robot, cheap, dear):
     J = np.zeros((2, robot.n))
     J[:, 0] = 1.0, -1.0
     z = np.zeros(2)
-    rows = Rows(J, np.array([0.2, 0.1]), np.array([cheap, dear]), np.full(2, 100.0), z, z, z, z)
+    rows = Rows(J, np.array([0.2, 0.1]), np.array([cheap, dear]), np.full(2, 100.0), z, z)
     tool = robot.posture(robot.home).tool_jacobian()
     n = robot.n
     costs = Costs(tool, np.zeros(6), np.zeros(n), np.zeros(n), 10.0, 0.5, 1e-3, 2e-3, False)
@@ -87,7 +87,7 @@ def test_strict_order_reaches_what_the_prices_reach_where_the_bounds_can_be_met(
     for _ in range(50):
         J, inside = rng.normal(size=(8, robot.n)), rng.uniform(-0.3, 0.3, robot.n)
         z = np.zeros(8)
-        rows = Rows(J, J @ inside - 0.05, np.full(8, 50.0), np.full(8, 100.0), z, z, z, z)
+        rows = Rows(J, J @ inside - 0.05, np.full(8, 50.0), np.full(8, 100.0), z, z)
         tool = robot.posture(rng.uniform(-2, 2, robot.n)).tool_jacobian()
         n = robot.n
         twist = rng.normal(scale=0.2, size=6)
@@ -116,7 +116,7 @@ def test_with_the_level_a_joint_leaves_its_end_though_the_goal_asks_for_it(robot
     further[2] += 0.02
     goal = Goal(robot.posture(further).T_base_tool)
     with_it, without = (
-        alone(robot, "wb").update(posture, state, NOTHING, goal, Params(limit_task=on), DT).qd[2]
+        alone(robot, "wb").update(posture, state, NOTHING, goal, Params(limits_first=on), DT).qd[2]
         for on in (True, False)
     )
     assert with_it < 0.0 < without
@@ -130,7 +130,7 @@ def test_position_goes_before_orientation_where_both_cannot_be_had(robot):
     goal[:3, :3] = turn @ turn @ goal[:3, :3]
 
     def miss(split):
-        params = Params(goal_split=split)
+        params = Params(position_first=split)
         states = drive(robot, alone(robot, "wb"), params, Goal(goal), 15.0)
         reached = robot.posture(states[-1].q).T_base_tool[:3, 3]
         speed = np.abs(np.array([s.qd for s in states]))

@@ -55,7 +55,7 @@ def test_a_point_of_the_trade_off_has_the_figures(robot):
     assert row["least_m"] > 0.2 and row["stops"] == 0 and row["jerk_rms"] > 0.0
     assert row["distal_least_m"] >= row["least_m"] and row["mode"] == "qp"
     paper = Point("cell", "wb", False, 0.2)
-    assert paper.params().d_min == pytest.approx(0.15) and not paper.params().memory
+    assert paper.params().distance_kept == 0.2 and not paper.params().memory
     assert Point("cell", "wb", True, 0.2).name == "wb with memory"
 
 

@@ -17,8 +17,8 @@ from app.sensing.wire.detect import FORMATS
 from app.timing import ManualClock, WallClock
 from app.virtual.skin.emulate import (
     Emulation,
-    Line,
     RecordedFrames,
+    Transmitter,
     emulate,
     raw_frame,
     send_frames,
@@ -56,7 +56,7 @@ def heard(skin, faults, seconds=10.0, sensors=(3, 4), seed=0):
     clock, spool = ManualClock(), Spool()
     wire = FaultyWire(faults, clock.now(), seed)
     encode = FORMATS["binary"].encode
-    send_frames(Chorus(sensors), skin, Line(encode, wire, spool), clock, 1 / 15, seconds)
+    send_frames(Chorus(sensors), skin, Transmitter(encode, wire, spool), clock, 1 / 15, seconds)
     decoder = FORMATS["binary"].decoder()
     return decoder.feed(b"".join(spool.packets)), decoder
 

@@ -16,6 +16,7 @@ from app.cli.ranges import CalibrateRanges
 from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate
 from app.cli.ur import Ur
 from app.config import tunables
+from app.control.registry import kinds
 
 ROOT = Path(__file__).parent.parent
 # The machine that a file was written on, and the place that its packages came from.
@@ -45,6 +46,7 @@ def test_no_file_of_the_product_is_longer_than_400_lines() -> None:
 
 
 def test_every_setting_tells_its_help_and_its_range() -> None:
+    assert kinds()
     for t in tunables():
         assert t.help, t.name
         if t.kind is bool or t.choices:
@@ -55,7 +57,7 @@ def test_every_setting_tells_its_help_and_its_range() -> None:
 
 def test_every_setting_without_a_unit_is_a_pure_number() -> None:
     """A share, a weight, a count of sigmas: whatever else is a number needs its unit."""
-    pure = {"speed", "k_g", "k_b"}
+    pure = {"joint_speed"}
     bare = {t.name for t in tunables() if not t.unit and t.kind is not bool and not t.choices}
     assert bare == pure
 

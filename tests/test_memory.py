@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Cell
-from app.config import Params
 from app.perception.cloud import SkinCloud
 from app.perception.memory import CAPACITY, Memory
+from app.perception.rules import Rules
 from app.robot.skin import build_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
@@ -18,7 +18,7 @@ from app.world.shapes import make_shape
 from app.world.world import Body, World
 from tests.fakes import frame
 
-P = Params()
+P = Rules()
 
 
 class Scene:
@@ -141,7 +141,7 @@ def test_a_point_seen_once_is_not_remembered(robot, skin):
     d = np.full(64, 1.5)
     status = np.full(64, 255)
     d[27], status[27] = 0.5, 5
-    blind = replace(P, ghost_filter=False)
+    blind = P._replace(doubts_ghosts=False)
     for i in range(2):
         one = frame(15, i / 15, d, status=status, targets=(status == 5).astype(int))
         cloud.add_frames([one], posture, blind)
@@ -197,7 +197,7 @@ def test_carving_follows_the_mounting_of_the_sensor(robot, skin, rotation, mirro
         rows = memory.points[memory.use]
         return len(rows[np.linalg.norm(rows - posture.T_base_link[3, :3, 3], axis=1) < 1.0])
 
-    P = Params(ghost_filter=False)
+    P = Rules(doubts_ghosts=False)
     for zone in (0, 10, 29, 63):
         assert left(zone, zone) == 0
         assert all(left(zone, z) == 1 for z in (0, 7, 10, 29, 34, 56, 63) if z != zone)
@@ -216,7 +216,7 @@ def test_what_nobody_has_looked_at_again_is_not_forgotten(robot, skin, beside):
 def remembered_later(robot, skin, depth, then):
     """Is a point that one zone saw twice remembered 5 s later, `then` being the zone's status?"""
     cloud, memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
-    posture, blind = robot.posture(robot.home), Params(ghost_filter=False)
+    posture, blind = robot.posture(robot.home), Rules(doubts_ghosts=False)
     for i in range(75):
         d, status, targets = np.full(64, depth), np.full(64, 4), np.ones(64, dtype=np.uint8)
         status[27] = 5 if i < 2 else then

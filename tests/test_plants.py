@@ -54,7 +54,7 @@ def test_a_replayed_skin_has_a_table_too_whatever_the_controller(tmp_path, mode)
     setup = Setup(
         sensors=recording_of_an_empty_room(tmp_path), cell=str(tmp_path / "cell.toml"), rate=100.0
     )
-    engine = build_engine(setup, ManualClock(), Params(mode=mode, v_max=0.6))
+    engine = build_engine(setup, ManualClock(), Params(mode=mode, goal_speed=0.6))
     T = np.array(engine.step().T_base_tool)
     T[2, 3] = -0.3
     engine.post(SetGoal(T))
@@ -175,7 +175,7 @@ def test_a_learned_post_bounds_the_motion_that_it_no_longer_holds_back(robot, sk
         LearnBackground(float("nan")),
         LearnBackground(0),
         SetParams(None),
-        SetParams({"d_s": "near"}),
+        SetParams({"distance_kept": "near"}),
         SetGoal(None),
         SetMode("flying"),
         UseSensor(None, True),
@@ -189,7 +189,7 @@ def test_whatever_is_in_an_action_is_a_notice_and_never_the_end_of_the_thread(ro
     after = bench.run(0.02, action)
     assert after.notice.refused and after.notice.words
     assert after.status.mode is Mode.RUNNING and after.params == before.params
-    assert not bench.run(0.02, SetParams({"d_s": 0.2})).notice.refused
+    assert not bench.run(0.02, SetParams({"distance_kept": 0.2})).notice.refused
 
 
 def test_an_engine_starts_again_after_a_stop(robot, skin):

@@ -136,7 +136,7 @@ def test_every_shipped_program_can_be_reached_by_the_arm(robot):
             for _ in range(500):
                 posture = robot.posture(q)
                 J = posture.tool_jacobian()
-                t = goal_twist(posture.T_base_tool, w.T_base_tool, 1.0, 1.0, 0.3, 0.6)
+                t = goal_twist(posture.T_base_tool, w.T_base_tool, 0.3, 0.6)
                 q = q + 0.1 * J.T @ np.linalg.solve(J @ J.T + 1e-4 * np.eye(6), t)
             error, angle = goal_error(robot.posture(q).T_base_tool, w.T_base_tool)
             assert error < 1e-3 and angle < 1e-3, (p.name, w.name)

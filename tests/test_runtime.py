@@ -180,11 +180,11 @@ def test_a_range_that_is_not_finite_is_no_point_and_no_fault(bench, robot, skin,
 
 
 def test_settings_change_between_ticks_and_bad_ones_are_refused_with_a_notice(bench):
-    assert bench.run(0.02, SetParams({"d_min": 0.3, "mode": "sm"})).params.mode == "sm"
-    refused = bench.run(0.02, SetParams({"d_min": 9.0}))
-    assert refused.params.d_min == 0.3 and "0.05 to 0.4" in refused.notice.words
+    assert bench.run(0.02, SetParams({"distance_kept": 0.3, "mode": "sm"})).params.mode == "sm"
+    refused = bench.run(0.02, SetParams({"distance_kept": 9.0}))
+    assert refused.params.distance_kept == 0.3 and "0.05 to 0.4" in refused.notice.words
     assert bench.run(0.02, SetParams({"nonsense": 1})).notice.refused
-    assert bench.run(0.02, SetParams({"d_min": 0.2})).notice.words == ""
+    assert bench.run(0.02, SetParams({"distance_kept": 0.2})).notice.words == ""
 
 
 def test_obstacles_are_added_moved_and_removed(bench):
@@ -224,7 +224,7 @@ def test_speed_and_separation_knows_how_old_each_measurement_is(bench, robot):
     assert known.any() and np.isinf(seen.pairs.age[~known]).all()
     assert (seen.pairs.age[known] >= LATENCY - 1e-9).all()
     assert (seen.pairs.age[known] <= 0.2).all()  # three frames
-    assert seen.command.protective > seen.params.ssm_person * seen.params.ssm_reaction
+    assert seen.command.protective > seen.params.person_speed * seen.params.reaction_time
 
 
 def test_the_controller_can_be_switched_while_running(bench, robot):

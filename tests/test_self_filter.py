@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Box, Cell
-from app.config import Params
 from app.messages import SensorHealth, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.health import SkinHealth
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.perception.static_filter import StaticFilter
 from app.robot.skin import build_skin
@@ -19,7 +19,7 @@ from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 from tests.fakes import frame, retyped
 
-P = Params()
+P = Rules()
 NO_CELL = Cell()
 
 
@@ -97,7 +97,7 @@ def slow_hits(robot, posture, origin, direction):
 def test_the_gap_equals_a_float64_ray_cast(robot, skin):
     rng = np.random.default_rng(10)
     judge = SelfFilter(robot, skin)
-    one_ray = replace(P, footprint=False)
+    one_ray = P._replace(footprint=False)
     compared = 0
     for posture in postures(robot, 60, 11):
         depth = rng.uniform(0.1, 1.5, (skin.count, 64))
@@ -127,7 +127,7 @@ def facing(robot, skin):
     everywhere = np.full((skin.count, 64), 0.3)
     judged = shaped(
         SelfFilter(robot, skin).judge(
-            np.arange(skin.count), everywhere.ravel(), posture, replace(P, footprint=False)
+            np.arange(skin.count), everywhere.ravel(), posture, P._replace(footprint=False)
         )
     )
     link, gap = judged.link, judged.gap
@@ -137,10 +137,10 @@ def facing(robot, skin):
     return posture, int(k), int(z), float(gap[k, z] + 0.3)
 
 
-def verdict_at(robot, skin, facing, offset, params=P):
+def verdict_at(robot, skin, facing, offset, rules=P):
     posture, k, z, depth = facing
     cloud = SkinCloud(robot, skin, Cell())
-    cloud.add_frames([frame(k, 0.0, depth + offset)], posture, params)
+    cloud.add_frames([frame(k, 0.0, depth + offset)], posture, rules)
     view = cloud.view(0.0)
     return Verdict(view.verdict[64 * k + z]), view, 64 * k + z
 
@@ -158,7 +158,7 @@ def test_an_obstacle_before_the_body_is_kept(robot, skin, facing):
 
 def test_a_point_behind_the_body_is_impossible_unless_the_paper_is_followed(robot, skin, facing):
     assert verdict_at(robot, skin, facing, 0.30)[0] is Verdict.BEHIND
-    paper = replace(P, two_sided=True, footprint=False)
+    paper = P._replace(two_sided=True, footprint=False)
     assert verdict_at(robot, skin, facing, 0.30, paper)[0] is Verdict.KEPT
     assert verdict_at(robot, skin, facing, 0.0, paper)[0] is Verdict.SELF
 
@@ -172,9 +172,9 @@ def test_the_threshold_grows_with_the_noise_of_the_range(robot, skin):
 # --- the other verdicts -------------------------------------------------------------------
 
 
-def judged(robot, skin, params=P, cell=NO_CELL, now=0.0, **kind):
+def judged(robot, skin, rules=P, cell=NO_CELL, now=0.0, **kind):
     cloud = SkinCloud(robot, skin, cell)
-    cloud.add_frames([frame(15, 0.0, **kind)], robot.posture(robot.home), params)
+    cloud.add_frames([frame(15, 0.0, **kind)], robot.posture(robot.home), rules)
     return cloud.view(now)
 
 
@@ -259,7 +259,7 @@ def test_a_link_with_a_calibrated_threshold_uses_it(robot, skin, facing):
     eps = np.full((len(robot.links), 2), np.nan)
     eps[robot.link_index("upper_arm_link")] = 0.004, 0.02
     calibrated = replace(robot, eps=eps)
-    one_ray = replace(P, footprint=False)
+    one_ray = P._replace(footprint=False)
     before = np.full(skin.slots, depth - 0.025)
     verdict = {
         name: SelfFilter(r, skin).judge(np.array([k]), before, posture, one_ray)[0][64 * k + z]
@@ -279,7 +279,7 @@ def test_culled_rays_change_no_verdict(robot, skin):
     everyone = np.arange(skin.count)
     for posture in postures(robot, 20, 13):
         depth = rng.uniform(0.05, 1.5, skin.slots)
-        one = replace(P, footprint=False)
+        one = P._replace(footprint=False)
         ours, theirs = (f.judge(everyone, depth, posture, one) for f in (judge, blunt))
         assert all(np.array_equal(a, b) for a, b in zip(ours, theirs, strict=True))
         together = judge.judge(everyone, depth, posture, P)

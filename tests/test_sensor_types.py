@@ -11,12 +11,12 @@ import pytest
 
 from app.actions import AddObstacle
 from app.cell.parts import Cell
-from app.config import Params
 from app.errors import RobotError
 from app.messages import Mode, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.flow import no_frames, renew_frames
 from app.perception.memory import Memory
+from app.perception.rules import Rules
 from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import load_skin
 from app.sensing.error_model import ErrorModel
@@ -36,7 +36,7 @@ from tests import mixed_skin
 from tests.mixed_skin import LENS, NOISE, SHAPES, SHIFT
 from tests.ports import HandPort, raw
 
-P = Params(ghost_filter=False)
+P = Rules(doubts_ghosts=False)
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +236,8 @@ def test_a_controller_gives_way_to_what_a_mixed_skin_sees(robot, layout):
     assert snapshot.status.mode is Mode.RUNNING and (seen > 100).all()
     T = snapshot.T_base_link[robot.link_index("forearm_link")]
     after = T[:3, :3] @ np.add(LENS, [SHIFT["wide"], 0.0, 0.0]) + T[:3, 3]
-    assert np.linalg.norm(after - centre) > np.linalg.norm(lens - centre) + 0.03
+    # without a cover in this layout the body itself lies 17 mm behind the lens
+    assert np.linalg.norm(after - centre) > np.linalg.norm(lens - centre) + 0.013
 
 
 def test_frames_from_a_process_of_their_own_are_the_same_whatever_their_size(robot, mixed):

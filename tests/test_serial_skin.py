@@ -6,6 +6,7 @@ import pytest
 from app.actions import SetGoal, SetMode, UseSensor
 from app.errors import SensorError
 from app.messages import JointState, Mode, SensorHealth
+from app.perception.rules import Rules
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
@@ -171,13 +172,12 @@ def test_a_board_that_was_reset_goes_on_and_is_told_of(cell):
 def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
     """The arm turns; a frame that comes 80 ms late is a point of where the arm was."""
     from app.brain import Brain
-    from app.config import Params
     from app.plant.plant import listen
     from app.tick import ArmReport, Inputs
 
     port = HandPort(format_name="binary")
     source = SerialSkin(skin, [port], [PortSpec(port.name)])
-    brain = Brain(robot, skin, params=Params(ghost_filter=False))
+    brain = Brain(robot, skin, params=Rules(doubts_ghosts=False))
     qd = np.array([0.5, 0, 0, 0, 0, 0])
     late, still = 0.08, np.zeros(6)
     for i in range(500):

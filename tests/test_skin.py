@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from app.errors import RobotError
+from app.robot.model import find_robot, load_robot
 from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, build_skin, load_skin, zone_directions
+from app.robot.tables import Choice
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
@@ -58,10 +60,11 @@ def test_the_rings_look_outwards_from_60_mm(robot):
 
 
 @pytest.mark.parametrize("layout", ["forearm-rings", "sparse-4x4"])
-def test_no_lens_is_inside_any_mesh_it_rides_on_and_no_ray_of_it_meets_one(robot, layout):
+def test_no_lens_is_inside_any_mesh_it_rides_on_and_no_ray_of_it_meets_one(layout):
     import trimesh
 
-    skin = load_skin(robot.folder / f"skin/{layout}.toml", robot)
+    robot = load_robot(find_robot("ur10e"), Choice(skin=layout))
+    skin = load_skin(robot.layout, robot)
     eye = SimulatedSkin(robot, skin, World(()), 0, ErrorModel(ideal=True))
     posture = robot.posture(robot.home)
     for k in range(skin.count):

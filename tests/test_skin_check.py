@@ -9,6 +9,7 @@ from app.checks.filter_calibration import calibrate
 from app.checks.skin_check import judge_hand, judge_wall, simulate, skin_check
 from app.errors import SensorError
 from app.robot.skin import build_skin
+from app.wiring import Setup
 
 
 def test_a_wall_tells_depth_along_the_axis_from_the_length_of_the_ray(robot, skin):
@@ -40,12 +41,12 @@ def test_a_hand_that_rests_is_refused_with_what_to_do(skin):
 
 
 def test_a_check_reports_whether_the_layout_agrees():
-    report = skin_check("ur10e", "hand")
+    report = skin_check(Setup(), "hand")
     assert report.checks[0].ok and report.rows[0]["clarity"] > 0.9
 
 
 def test_a_calibration_suggests_a_threshold_for_links_that_are_seen():
-    report = calibrate("ur10e", "simulated")
+    report = calibrate(Setup(), "simulated")
     seen = [r for r in report.rows if "eps_m" in r and r["eps_m"] == r["eps_m"]]
     assert seen and all(0.0 <= r["eps_m"] <= 0.05 and r["returns"] >= 200 for r in seen)
     lines = [r["line"] for r in report.rows if "line" in r]

@@ -8,7 +8,8 @@ import pytest
 from app.config import Params
 from app.control.bounds.pairs import PairBounds
 from app.messages import Goal, JointState, Pairs
-from app.perception.steadying import GONE, KEEP, NEARER, ROOM, UNSURE, Steadying, aged
+from app.perception.following import GONE, KEEP, NEARER, ROOM, UNSURE
+from app.perception.steadying import Steadying, aged
 from tests.alone import alone, bound_by
 
 DT, REACH = 0.008, 0.6
@@ -106,7 +107,7 @@ def test_pairs_keep_their_rows_and_two_of_one_link_stay_apart(posture):
 def test_a_gentle_retreat_is_eased_in_and_an_urgent_one_is_bounded_by_the_arm(robot):
     posture = robot.posture(robot.home)
     params = Params(mode="qp")
-    d = params.d_s
+    d = params.distance_kept
     for distance, least, most in ((d - 0.02, 0.01, 0.3), (d - 0.1, 1.0, 1.0), (d + 0.1, 0.0, 0.0)):
         pairs = pairs_at(posture, distance)
 

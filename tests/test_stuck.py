@@ -75,7 +75,7 @@ def test_a_new_goal_begins_anew():
 @pytest.mark.parametrize("escape", [False, True])
 def test_a_post_before_the_goal_is_never_come_too_near_by_an_escape(robot, escape):
     """Perfect sight of a ball between tool and goal: with and without the escape."""
-    control, stuck, params = alone(robot), Stuck(), Params(mode="qp", d_s=0.15)
+    control, stuck, params = alone(robot), Stuck(), Params(mode="qp", distance_kept=0.15)
     arm, dt = SimulatedArm(robot, lag=0.0), 0.02
     start = robot.posture(robot.home).T_base_tool
     goal = start.copy()
@@ -95,6 +95,6 @@ def test_a_post_before_the_goal_is_never_come_too_near_by_an_escape(robot, escap
         stuck.see(p.T_base_tool, pairs, c, escape, s.stamp)
         arm.send(c.qd, dt)
         least = min(least, pairs.minimum)
-    assert least > params.d_s - 0.01
+    assert least > params.distance_kept - 0.01
     if not escape:
         assert goal_error(robot.posture(arm.state(0.0).q).T_base_tool, goal)[0] > 0.1

@@ -48,7 +48,7 @@ def test_the_speed_falls_linearly_from_slow_to_stop():
 @pytest.mark.parametrize("mode", ["wb", "multi", "qp"])
 def test_a_silence_of_200_ms_slows_and_of_500_ms_stops_within_the_limits(robot, skin, mode):
     """Measured in the simulated arm, from the last measurement on."""
-    bench = Bench(robot, skin, Params(mode=mode, v_max=0.6))
+    bench = Bench(robot, skin, Params(mode=mode, goal_speed=0.6))
     start = bench.run(0.3).T_base_tool
     moving = bench.run(0.8, SetGoal(shifted(start, y=-0.8)))
     full = np.abs(moving.joints.qd).max()

@@ -98,7 +98,7 @@ def test_the_speed_of_the_obstacle_is_added_to_the_retreat(robot):
     rate = posture.distance_rows(pairs.link, pairs.on_robot, pairs.normal)[0]
 
     def retreat(w, **settings):
-        params = Params(speed=1.0, **settings)
+        params = Params(joint_speed=1.0, **settings)
         approach = np.array([w, 0.0])
         return float(rate @ settled(alone(robot, "paper"), robot, pairs, params, None, approach).qd)
 
@@ -112,7 +112,7 @@ def test_a_smaller_share_of_the_speed_is_reached_by_braking(robot):
     away = Goal(robot.posture(robot.home + 0.5).T_base_tool)
     nothing = two_threats(posture, 9.0, 9.0)
     state = JointState(0.0, robot.home, np.zeros(6))
-    fast = Params(v_max=1.0, w_max=2.0)
+    fast = Params(goal_speed=1.0, goal_turning=2.0)
     for _ in range(300):
         last = control.update(posture, state, nothing, away, fast, 0.004).qd
     steps = 0

@@ -5,10 +5,10 @@ import shutil
 import numpy as np
 import pytest
 
-from app.config import Params
 from app.errors import RobotError
 from app.messages import Verdict
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.robot.model import find_robot, load_robot
 from app.robot.sensor_type import load_sensor_type
@@ -66,14 +66,14 @@ def test_the_self_filter_knows_the_tool(armed):
     skin = build_skin(
         "one", (Sensor("s", "wrist_3_link", T, load_sensor_type("vl53l8cx"), 0, False),), armed
     )
-    posture, params = armed.posture(armed.home), Params()
+    posture, rules = armed.posture(armed.home), Rules()
     far = np.full(skin.slots, 4.0)
-    judged = SelfFilter(armed, skin).judge(np.array([0]), far, posture, params)
+    judged = SelfFilter(armed, skin).judge(np.array([0]), far, posture, rules)
     link, gap = judged.link, judged.gap
     sees = (link == armed.link_index("screwdriver")) & np.isfinite(gap)
     assert sees.any()
     depth = np.where(sees, 4.0 + gap, 0.05)
-    verdict = SelfFilter(armed, skin).judge(np.array([0]), depth, posture, params).verdict
+    verdict = SelfFilter(armed, skin).judge(np.array([0]), depth, posture, rules).verdict
     assert (verdict[sees] == Verdict.SELF).all()
 
 

@@ -26,7 +26,7 @@ __all__ = ["the_built", "the_clock", "the_engine", "the_page"]
 
 
 class Toy:
-    """To the goal by damped least squares; the slower the nearer anything is, at rest at d_min."""
+    """To the goal by damped least squares; the slower the nearer anything is, at rest 5 cm before the distance kept."""
 
     def __init__(self, robot, clearance):
         self._robot = robot
@@ -36,13 +36,15 @@ class Toy:
 
     def update(self, now):
         p, J = now.params, now.posture.tool_jacobian()
-        share = float(np.clip((now.pairs.minimum - p.d_min) / p.delta, 0.0, 1.0))
+        kept = p.distance_kept
+        share = float(np.clip((now.pairs.minimum - kept + 0.05) / 0.1, 0.0, 1.0))
         twist = np.zeros(6)
         if now.goal is not None:
             tool, goal = now.posture.T_base_tool, now.goal.T_base_tool
-            twist = share * goal_twist(tool, goal, p.lambda_p, p.lambda_o, p.v_max, p.w_max)
+            twist = share * goal_twist(tool, goal, p.goal_speed, p.goal_turning)
         asked = J.T @ np.linalg.solve(J @ J.T + 1e-3 * np.eye(6), twist)
-        box = velocity_box(self._robot, now.joints.q, p.speed * now.share, now.dt, now.applied)
+        speed = p.joint_speed * now.share
+        box = velocity_box(self._robot, now.joints.q, speed, now.dt, now.applied)
         qd, _ = bring_into(asked, now.applied, box)
         return Command(freeze(qd), activation=1.0 - share, progress=share)
 
@@ -76,7 +78,7 @@ def test_it_is_offered_by_the_help_and_the_errors(capsys):
 def test_it_can_be_chosen_on_the_page_and_its_distances_are_drawn(page, engine):
     run(page, page.control.control, "Toy")
     assert engine.posted == [SetParams({"mode": "toy"})]
-    now = snapshot(engine, params=Params(mode="toy", d_min=0.22))
+    now = snapshot(engine, params=Params(mode="toy", distance_kept=0.27))
     show(page, engine, now)
     assert page.control.control.value == "Toy"
     assert sample(now)[2:4] == pytest.approx((22.0, 32.0))

@@ -155,16 +155,16 @@ def test_a_watcher_cannot_drag_the_goal_and_is_shown_the_true_one(
 def test_a_watchers_setting_is_put_back_on_its_page(page: Page, engine: FakeEngine) -> None:
     async def scene() -> None:
         async with two(page) as (operator, watcher):
-            slider = page.params.controls["d_min"]
+            slider = page.params.controls["distance_kept"]
             true = slider.value
             await watcher.press(slider, 10.0)
             await until(lambda: watcher.told(slider._impl.uuid, "value"))
             assert watcher.told(slider._impl.uuid, "value") == [true]
             assert slider.value == true and engine.posted == []
             assert operator.told(slider._impl.uuid, "value") == []
-            await operator.press(slider, 250)
+            await operator.press(slider, 300)
             await until(lambda: engine.posted)
-            assert engine.posted == [SetParams({"d_min": 0.25})]
+            assert engine.posted == [SetParams({"distance_kept": 0.3})]
 
     play(scene())
 
@@ -451,8 +451,8 @@ def test_even_the_operator_sends_nothing_that_the_page_does_not_use(
 
 
 def test_a_control_takes_only_what_a_hand_could_choose(page: Page, engine: FakeEngine) -> None:
-    slider, run = page.params.controls["d_min"], control(page, "Run")
-    box, vector = page.params.controls["footprint"], page.goals.position
+    slider, run = page.params.controls["distance_kept"], control(page, "Run")
+    box, vector = page.params.controls["memory"], page.goals.position
     forged: list[tuple[Any, Any]] = [
         (slider, "wide"), (slider, float("nan")), (slider, True), (slider, None),
         (box, 1), (box, "yes"), (run, "yes"), (run, [True]),
@@ -479,7 +479,7 @@ def test_a_control_takes_only_what_a_hand_could_choose(page: Page, engine: FakeE
 
 
 def test_a_number_may_leave_its_range_while_it_is_typed(page: Page, engine: FakeEngine) -> None:
-    slider = page.params.controls["d_min"]
+    slider = page.params.controls["distance_kept"]
 
     async def scene() -> None:
         async with raw_page(page.server) as operator:
@@ -489,8 +489,8 @@ def test_a_number_may_leave_its_range_while_it_is_typed(page: Page, engine: Fake
             assert operator.told(slider._impl.uuid, "value") == []  # nothing is put back
 
     play(scene())
-    low, high = tunable("d_min")
-    sent = [a.changes["d_min"] for a in engine.posted if isinstance(a, SetParams)]
+    low, high = tunable("distance_kept")
+    sent = [a.changes["distance_kept"] for a in engine.posted if isinstance(a, SetParams)]
     assert sent[-1] == 0.25 and all(low <= v <= high for v in sent)
 
 

@@ -73,16 +73,16 @@ def test_two_new_obstacles_do_not_stand_in_each_other(engine: FakeEngine) -> Non
 
 
 def test_a_setting_of_a_person_is_posted_in_si_units(page: Page, engine: FakeEngine) -> None:
-    run(page, page.params.controls["d_min"], 250.0)
-    assert engine.posted == [SetParams({"d_min": 0.25})]
+    run(page, page.params.controls["distance_kept"], 300.0)
+    assert engine.posted == [SetParams({"distance_kept": 0.3})]
 
 
 def test_a_setting_of_another_window_is_shown_and_not_posted_again(
     page: Page, engine: FakeEngine
 ) -> None:
-    show(page, engine, snapshot(engine, params=Params(d_min=0.31, footprint=False, mode="sm")))
-    assert page.params.controls["d_min"].value == pytest.approx(310.0)
-    assert page.params.controls["footprint"].value is False
+    show(page, engine, snapshot(engine, params=Params(distance_kept=0.31, memory=False, mode="sm")))
+    assert page.params.controls["distance_kept"].value == pytest.approx(310.0)
+    assert page.params.controls["memory"].value is False
     assert "SM" in page.control.control.value
     assert engine.posted == []
 
@@ -90,7 +90,7 @@ def test_a_setting_of_another_window_is_shown_and_not_posted_again(
 def test_a_slider_is_not_pulled_back_while_it_is_moved(
     page: Page, clock: ManualClock, engine: FakeEngine
 ) -> None:
-    slider = page.params.controls["delta"]
+    slider = page.params.controls["separation_margin"]
     run(page, slider, 150.0)
     show(page, engine, snapshot(engine))
     assert slider.value == 150.0
@@ -262,8 +262,8 @@ def test_an_engine_that_falls_silent_is_told(
 
 def test_what_was_asked_of_a_chart_stays_in_its_past(page: Page, engine: FakeEngine) -> None:
     """The line from which the avoidance acts is of its time, not of the settings of now."""
-    show(page, engine, snapshot(engine, params=Params(d_s=0.2, d_inf=0.5)))
-    show(page, engine, snapshot(engine, params=Params(d_s=0.3, d_inf=0.7)))
+    show(page, engine, snapshot(engine, params=Params(distance_kept=0.2, avoidance_begins=0.5)))
+    show(page, engine, snapshot(engine, params=Params(distance_kept=0.3, avoidance_begins=0.7)))
     assert page.plot.distance.data[3][-2:] == pytest.approx([50.0, 70.0])
 
 

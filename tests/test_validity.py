@@ -1,34 +1,32 @@
 """Which points are believed: ghosts, status sets, and the named states of a sensor."""
 
-from dataclasses import replace
-
 import msgspec
 import numpy as np
 import pytest
 
 from app.cell.parts import Cell
-from app.config import Params
 from app.messages import SensorHealth, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.health import SkinHealth
+from app.perception.rules import Rules
 from app.robot.skin import build_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 from tests.fakes import frame, retyped
 
-P = Params()
+P = Rules()
 SENSOR = 15  # looks away from the arm at home
 ZONE = 27
 
 
-def verdicts(robot, skin, depths, params=P):
+def verdicts(robot, skin, depths, rules=P):
     """Verdicts of the sensor's zones after each frame of `depths`, one frame a period."""
     cloud = SkinCloud(robot, skin, Cell())
     posture = robot.posture(robot.home)
     out = []
     for i, depth in enumerate(depths):
-        cloud.add_frames([frame(SENSOR, i / 15, depth)], posture, params)
+        cloud.add_frames([frame(SENSOR, i / 15, depth)], posture, rules)
         out.append(cloud.view(i / 15).verdict[64 * SENSOR : 64 * SENSOR + 64])
     return out
 
@@ -66,7 +64,7 @@ def test_a_point_that_recedes_is_believed_at_once(robot, skin):
 
 
 def test_without_the_filter_ghosts_pass(robot, skin):
-    open_eyed = replace(P, ghost_filter=False)
+    open_eyed = P._replace(doubts_ghosts=False)
     assert verdicts(robot, skin, [wall(), wall(z27=0.5)], open_eyed)[1][27] == Verdict.KEPT
 
 

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Cell
-from app.config import Params
 from app.messages import Pairs
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.velocity import ObstacleSpeed
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 
-P = Params()
+P = Rules()
 TORSO = {"kind": "capsule", "radius_m": 0.16, "length_m": 1.0}
 FOREARM = 3
 

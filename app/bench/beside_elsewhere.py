@@ -15,17 +15,17 @@ from app.bench.clouds import centre_rays, count_unlike, points_outside
 from app.bench.peers.geometry import roboplan_filter
 from app.bench.perception import Scene, timed
 from app.bench.spheres import world_of_spheres
-from app.config import Params
 from app.messages import Array, Verdict
 from app.perception.casting import NEAR
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.report import Check
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.sensing.simulated import SimulatedSkin
 
-ONE, NINE, PADDING = Params(footprint=False), Params(), 0.03  # [m]
+ONE, NINE, PADDING = Rules(footprint=False), Rules(), 0.03  # [m]
 CLOUDS = (100, 500, 1920)
 POSTURES, FAR = 10, 3.5  # [m] depth of every zone in the cloud far from the arm
 CLOSE = (0.05, 0.4)  # [m] depths of the cloud close to it
@@ -59,17 +59,17 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
     judge, everyone = SelfFilter(robot, skin), np.arange(skin.count)
     around = np.array([_points(skin, p, d) for p, d in scene])
 
-    def ours(params: Params, depth: Array | None) -> Array:
+    def ours(rules: Rules, depth: Array | None) -> Array:
         def call(i: int) -> None:
             posture, seen = scene[i % POSTURES]
-            judge.judge(everyone, seen if depth is None else depth, posture, params)
+            judge.judge(everyone, seen if depth is None else depth, posture, rules)
 
         return timed(call, OURS)
 
     def all_ours() -> dict[str, Array]:
         return {
-            f"{words} {cloud}": ours(params, depth)
-            for words, params in (("one", ONE), ("nine", NINE))
+            f"{words} {cloud}": ours(rules, depth)
+            for words, rules in (("one", ONE), ("nine", NINE))
             for cloud, depth in (("around", None), ("near", close), ("far", distant))
         }
 
@@ -90,9 +90,9 @@ def beside_roboplan(robot: Robot, skin: Skin, seed: int) -> Found:
     label = np.array(labels).reshape(POSTURES, -1)
     median = {k: 1e3 * float(np.median(np.concatenate((first[k], again[k])))) for k in first}
     rows: list[dict[str, Any]] = []
-    for words, params in (("one", ONE), ("nine", NINE)):
+    for words, rules in (("one", ONE), ("nine", NINE)):
         kept = np.array(
-            [judge.judge(everyone, d, p, params).verdict.ravel() == Verdict.KEPT for p, d in scene]
+            [judge.judge(everyone, d, p, rules).verdict.ravel() == Verdict.KEPT for p, d in scene]
         )
         times = {f"{cloud}_ms": median[f"{words} {cloud}"] for cloud in ("around", "near", "far")}
         rows.append({"name": f"{name}: ours, rays a zone: {words}"} | times | _kept(kept, label))

@@ -18,11 +18,11 @@ from app.bench.beside_elsewhere import beside_open3d, beside_roboplan
 from app.bench.clouds import centre_rays, count_unlike, points_outside
 from app.bench.peers import geometry
 from app.bench.perception import make_scene, timed, with_bodies, with_visuals
-from app.config import Params
 from app.judge.reference import nearest_of, triangles_of
 from app.messages import Array
 from app.perception.casting import NEAR
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.report import Check, Report
 from app.robot.meshes import BodyMesh
@@ -30,7 +30,7 @@ from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.wiring import Setup, build_robot_and_skin
 
-ONE = Params(footprint=False)
+ONE = Rules(footprint=False)
 CLOUDS = (100, 500, 1920)
 REBUILT, EXACT = 100.0, 10.0  # how many times faster ours should be
 OURS = 200  # timed calls

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from app.bench.spheres import world_of_spheres
 from app.checks.range_calibration import DISTANCES, FRAMES, table_of
-from app.config import Params
 from app.messages import Array, Verdict
 from app.perception.calibration import suggest
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.report import Check
 from app.robot.model import Robot
@@ -111,13 +111,13 @@ def _calibrated_eps(
     samples: list[Sample],
 ) -> Array:  # fmt: skip
     """Thresholds (L, 2) [m] that `flinch calibrate-filter` would suggest."""
-    params, parts = Params(), []
+    rules, parts = Rules(), []
     everyone, slots = np.arange(skin.count), np.arange(skin.slots)
     least = skin.traits.limits[skin.sensor_of, 0]
     for posture, depth, label in samples:
         mine = (label >= 0) & (depth > least)
         z = ranges.corrected(slots, noise.measured(np.where(mine, depth, 1.0)))
-        seen = judge.judge(everyone, z, posture, params)
+        seen = judge.judge(everyone, z, posture, rules)
         mine &= seen.link >= 0
         parts.append((seen.link[mine], seen.gap[mine], skin.noise(z)[mine], seen.edge[mine]))
     link, gap, sigma, edge = (np.concatenate(column) for column in zip(*parts, strict=True))
@@ -130,13 +130,13 @@ def _shares(
 ) -> dict[str, float]:
     """How many zones saw the body, and the shares kept of each kind of return."""
     kept: dict[str, list[NDArray[np.bool_]]] = {}
-    params, everyone = Params(), np.arange(skin.count)
+    rules, everyone = Rules(), np.arange(skin.count)
     for posture, depth, label in samples:
         for what, (mask, true) in _returns(depth, label).items():
             z = noise.measured(np.where(mask, true, 1.0))
             if ranges is not None:
                 z = ranges.corrected(np.arange(skin.slots), z)
-            judged = judge.judge(everyone, z, posture, params)
+            judged = judge.judge(everyone, z, posture, rules)
             keep = judged.verdict == Verdict.KEPT
             kept.setdefault(what, []).append(keep[mask])
             kept.setdefault(f"{what}, inside", []).append(keep[mask & ~judged.edge])

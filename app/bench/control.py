@@ -41,8 +41,8 @@ def bench_control(steps: int = 2000, hard: int = 10_000, seed: int = 0) -> Repor
         ("qp", 7, FAR, bounds, qp),
         ("qp", 12, FAR, bounds, qp),
         ("qp", 32, FAR, bounds, qp),
-        ("qp, all too near", 12, qp.d_s, bounds, qp),
-        ("qp, all too near", 32, qp.d_s, bounds, qp),
+        ("qp, all too near", 12, qp.distance_kept, bounds, qp),
+        ("qp, all too near", 32, qp.distance_kept, bounds, qp),
     ]
     for name, k, far, control, params in subjects:
         cases = make_runs(robot, k, WARM + steps, seed, far)
@@ -129,7 +129,7 @@ def _beside(robot: Robot, seed: int) -> list[dict[str, Any]]:
     control, params = Standalone(robot, "qp"), Params(mode="qp")
     rows: list[dict[str, Any]] = []
     for k in MANY:
-        cases = make_runs(robot, k, WARM + 400, seed, near=params.d_s)
+        cases = make_runs(robot, k, WARM + 400, seed, near=params.distance_kept)
 
         def ours(c: Case) -> None:
             if c.first:

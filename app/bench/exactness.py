@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from app.config import Params
 from app.judge.reference import first_hit, nearest_of, triangles_of
 from app.messages import Array, Verdict
 from app.perception.casting import NEAR
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -19,13 +19,13 @@ BAND = 1e-4  # [m] around the threshold in which float32 rays may err
 
 
 def filter_disagreements(
-    robot: Robot, skin: Skin, scene: Sequence[tuple[Posture, Array]], params: Params
+    robot: Robot, skin: Skin, scene: Sequence[tuple[Posture, Array]], rules: Rules
 ) -> tuple[int, int]:
     """Zones whose verdict is not that of rays cast in float64, and zones compared."""
     judge, wrong, compared = SelfFilter(robot, skin), 0, 0
     everyone = np.arange(skin.count)
     for number, (posture, reported) in enumerate(scene):
-        judged = judge.judge(everyone, reported, posture, params)
+        judged = judge.judge(everyone, reported, posture, rules)
         bodies = [
             triangles_of(b.vertices, b.faces, T)
             for b, T in zip(robot.bodies, posture.T_base_link, strict=True)

@@ -18,12 +18,12 @@ from app.bench.confusion import confusion
 from app.bench.exactness import filter_disagreements, worst_distance
 from app.bench.spheres import world_of_spheres
 from app.cell.parts import Cell
-from app.config import Params
 from app.messages import Array, SensorFrame
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter, no_judgement
-from app.plot import Line, check_plot, plot_lines
+from app.plot import Curve, check_plot, plot_lines
 from app.raycast import RigidMesh
 from app.report import Check, Report
 from app.robot.meshes import BodyMesh
@@ -34,7 +34,7 @@ from app.robot.tables import Choice
 from app.sensing.simulated import SimulatedSkin
 from app.wiring import Setup, build_robot_and_skin
 
-ONE, NINE = Params(footprint=False), Params()
+ONE, NINE = Rules(footprint=False), Rules()
 POSTURES = 20
 SENSORS = (3, 10, 30, 100, 300)
 FACES = (2_000, 20_000, 200_000)
@@ -139,9 +139,9 @@ def _times(
 
     judged = no_judgement(skin.slots)
 
-    def filter_with(params: Params) -> Callable[[int], Any]:
+    def filter_with(rules: Rules) -> Callable[[int], Any]:
         return lambda i: judge.judge(
-            everyone, scene[i % len(scene)][1], scene[i % len(scene)][0], params, judged
+            everyone, scene[i % len(scene)][1], scene[i % len(scene)][0], rules, judged
         )
 
     def tick(i: int) -> None:
@@ -215,7 +215,7 @@ def _growth(
 
 
 def _draw(path: Path, rows: list[dict[str, Any]]) -> None:
-    panels: dict[str, dict[str, Line]] = {}
+    panels: dict[str, dict[str, Curve]] = {}
     for what in ("sensors", "faces"):
         mine = [r for r in rows if str(r["name"]).endswith(what)]
         count = [float(str(r["name"]).split()[0]) for r in mine]

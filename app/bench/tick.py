@@ -14,6 +14,7 @@ import numpy as np
 from app.bench.perception import frames_of
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
+from app.perception.rules import Rules
 from app.report import Check, Report
 from app.runtime import Engine
 from app.timing import ManualClock, Ticker, WallClock
@@ -55,7 +56,7 @@ def bench_tick(setup: Setup, seconds: float = 5.0) -> Report:
 
 def _full_set(engine: Engine, repeats: int = 200) -> list[float]:
     """Every sensor's frame at one posture through self filter and closest pairs."""
-    robot, skin, params = engine.robot, engine.skin, engine.brain.params
+    robot, skin, rules = engine.robot, engine.skin, Rules()
     posture = robot.posture(robot.home)
     cloud, body = SkinCloud(robot, skin, engine.cell), BodyPairs(robot)
     rng = np.random.default_rng(0)
@@ -63,7 +64,7 @@ def _full_set(engine: Engine, repeats: int = 200) -> list[float]:
     for i in range(repeats):
         frames = frames_of(skin, rng.uniform(0.1, 2.0, skin.slots), i / 15.0)
         begin = time.perf_counter()
-        cloud.add_frames(frames, posture, params)
+        cloud.add_frames(frames, posture, rules)
         body.update(cloud.view(i / 15.0), posture)
         times.append(time.perf_counter() - begin)
     return times[10:]

@@ -46,7 +46,13 @@ A_LINE = 8  # cubes
 
 
 class BoxTable(Table, frozen=True):
-    """One `[[box]]`."""
+    """One `[[box]]`: what is in it is the cell.
+
+    name:       what it is called on the page and in messages.
+    position_m: its middle, base frame.
+    size_m:     its edges; draw it 5 cm larger than the thing.
+    rpy_deg:    its turn about the fixed x, y and z axes.
+    """
 
     name: Name
     position_m: Vector
@@ -55,7 +61,13 @@ class BoxTable(Table, frozen=True):
 
 
 class PlaneTable(Table, frozen=True):
-    """One `[[plane]]`."""
+    """One `[[plane]]`: what is below it, without end, is the cell.
+
+    name:       what it is called on the page and in messages.
+    position_m: a point on it, base frame.
+    rpy_deg:    its turn about the fixed x, y and z axes; it faces its own z.
+    size_m:     how much of it is drawn.
+    """
 
     name: Name
     position_m: Vector
@@ -71,7 +83,13 @@ class LearnedTable(Table, frozen=True):
 
 
 class CellTable(Table, frozen=True):
-    """A cell's file."""
+    """A cell's file.
+
+    title:   what the page calls it; default: the file's name.
+    box:     `[[box]]` tables.
+    plane:   `[[plane]]` tables.
+    learned: written by Flinch when it has learned what stands there; the last table of the file.
+    """
 
     title: str = ""
     box: tuple[BoxTable, ...] = ()

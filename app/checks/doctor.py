@@ -14,6 +14,7 @@ from app.judge.truth import distance_between, surface
 from app.messages import Array, Cloud, Verdict
 from app.perception.proximity import BodyPairs
 from app.report import Check, Report
+from app.robot.blind import blind_sensors, blind_words_of
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
@@ -183,6 +184,7 @@ def _sensors(c: Checkup) -> Iterator[Finding]:
     if c.skin is None:
         return
     pairs = BodyPairs(c.robot)
+    blind = {b.sensor: b for b in blind_sensors(c.robot, c.skin)}
     eye = SimulatedSkin(c.robot, c.skin, World(()), 0, ErrorModel(ideal=True))
     for k, sensor in enumerate(c.skin.sensors):
         T = c.posture.T_base_link[c.skin.link[k]]
@@ -199,6 +201,12 @@ def _sensors(c: Checkup) -> Iterator[Finding]:
             Check("zones that see what they ride on", float(blocked), "", 0.0),
             sensor.name,
             "raise or tilt the sensor, or widen its window: these zones see nothing else",
+        )
+        remedy = blind_words_of([blind[sensor.name]], c.robot) if sensor.name in blind else ""
+        yield Finding(
+            Check("looks into what it rides on", float(sensor.name in blind), "", 0.0),
+            sensor.name,
+            remedy,
         )
 
 
@@ -219,10 +227,13 @@ def _intersections(c: Checkup) -> Iterator[Finding]:
 
 
 def _frames(c: Checkup) -> Iterator[Finding]:
-    """Each link's frame, and the tool's, is near the mesh that belongs to it."""
+    """Each link's frame, and the tool's, is near the mesh that belongs to it; a cover has its
+    link's frame."""
     pairs = BodyPairs(c.robot)
     remedy = "check the mesh's <origin> and its units: it should lie round its link's frame"
     for i, link in enumerate(c.robot.links):
+        if link in c.robot.covers:
+            continue
         d = pairs.update(_cloud(c.posture.T_base_link[i, :3, 3]), c.posture).distance[i]
         yield Finding(Check("link frame from its body", float(d), "m", GAP), link, remedy)
     d = pairs.update(_cloud(c.posture.T_base_tool[:3, 3]), c.posture).minimum

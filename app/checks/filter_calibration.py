@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from app.config import Params
 from app.errors import SensorError
 from app.messages import SensorFrame
 from app.perception.calibration import BINS, suggest
 from app.perception.cloud import corrected
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.report import Report
 from app.robot.model import Robot
@@ -28,8 +28,8 @@ POSTURES = 100  # of a simulated calibration
 class Samples:
     """What a skin's zones saw of the robot itself: link, gap and noise [m], across an edge."""
 
-    def __init__(self, robot: Robot, skin: Skin, params: Params) -> None:
-        self._skin, self._params, self._filter = skin, params, SelfFilter(robot, skin)
+    def __init__(self, robot: Robot, skin: Skin, rules: Rules) -> None:
+        self._skin, self._rules, self._filter = skin, rules, SelfFilter(robot, skin)
         self._parts: list[tuple[NDArray[Any], ...]] = [(np.empty(0),) * 4]
 
     def add(self, frame: SensorFrame, posture: Posture) -> None:
@@ -37,7 +37,7 @@ class Samples:
         skin, k, mine = self._skin, frame.sensor, self._skin.zones(frame.sensor)
         reported = np.zeros(skin.slots)
         reported[mine] = corrected(skin, np.arange(skin.slots)[mine], frame.distance)
-        seen = self._filter.judge(np.array([k]), reported, posture, self._params)
+        seen = self._filter.judge(np.array([k]), reported, posture, self._rules)
         good = np.isfinite(skin.believed(k, frame.distance, frame.status, frame.targets))
         good &= seen.link[mine] >= 0
         noise = skin.sensors[k].type.noise(reported[mine])
@@ -51,24 +51,17 @@ class Samples:
         return tuple(column[use] for column in columns)
 
 
-def calibrate(
-    robot_name: str,
-    recording: str,
-    skin_file: str = "",
-    seed: int = 0,
-    ranges: Path | None = None,
-) -> Report:
+def calibrate(setup: Setup, recording: str) -> Report:
     """Thresholds of every link that the sensors see.
 
+    setup:     the robot, its skin, the seed, and the table of the zones' errors, taken off first.
     recording: 'simulated', or PATH[@SENSOR] of an arm at rest at home with nothing near.
-    ranges:    table of the zones' errors, taken off first.
     """
-    setup = Setup(robot=robot_name, skin=skin_file, ranges=ranges)
     robot, skin = build_robot_and_skin(setup)
-    params = Params()
-    samples = Samples(robot, skin, params)
+    rules = Rules()
+    samples = Samples(robot, skin, rules)
     if recording == "simulated":
-        _simulate(samples, robot, skin, seed)
+        _simulate(samples, robot, skin, setup.seed)
     else:
         _replay(samples, robot, skin, recording)
     link, gap, noise, edge = samples.near(AROUND)
@@ -91,7 +84,7 @@ def calibrate(
             values = ", ".join(f"{name} = {eps:.4f}" for name, eps in known.items())
             field = "eps_m" if key == "eps" else "eps_edge_m"
             rows.append({"name": "for robot.toml", "line": f"{field} = {{ {values} }}"})
-    return Report("calibrate-filter", seed, rows)
+    return Report("calibrate-filter", setup.seed, rows)
 
 
 def histogram_text(histogram: Any) -> str:

@@ -22,16 +22,14 @@ DISTANCES = (0.05, 0.1, 0.2, 0.6)  # [m] of the simulated walls
 SQUARE = 2.0  # [degrees] a wall may be turned
 
 
-def calibrate_ranges(
-    robot_name: str, recording: str, distance: float, file: Path, seed: int = 0
-) -> Report:
+def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) -> Report:
     """Add walls to the table in `file`: one recorded, PATH[@SENSOR] at `distance` [m], or, with
-    'simulated', those of all sensors of the simulation with this seed.
+    'simulated', those of all sensors of the simulation with the setup's seed.
     """
-    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
+    robot, skin = build_robot_and_skin(setup)
     table = load_ranges(file, skin.slots) if file.exists() else None
     if recording == "simulated":
-        walls = simulated_walls(robot, skin, seed)
+        walls = simulated_walls(robot, skin, setup.seed)
     else:
         if not distance > 0.0:
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
@@ -45,7 +43,7 @@ def calibrate_ranges(
         table = with_wall(table, skin.first, k, d, offset)
     assert table is not None
     save_ranges(file, table)
-    return Report("calibrate-ranges", seed, rows)
+    return Report("calibrate-ranges", setup.seed, rows)
 
 
 def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, float, Array]]:

@@ -30,16 +30,16 @@ FEWEST = 20  # zones of a wall, or frames of a hand
 LOOSE = 0.6  # share of the way that a hand's track must go along its axis
 
 
-def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: int = 0) -> Report:
+def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
-    robot, skin = build_robot_and_skin(Setup(robot=robot_name))
+    robot, skin = build_robot_and_skin(setup)
     port = recording.removeprefix("serial:")
     path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count
     if port != recording:
         k, depth = record_port(port, robot, skin, what, WallClock(), _prompt)
     elif recording.startswith("simulated"):
-        depth = simulate(robot, skin, k, what, seed)
+        depth = simulate(robot, skin, k, what, setup.seed)
     else:
         r = read_recording(Path(path))
         depth = skin.believed(k, r.distance, r.status, r.targets)
@@ -47,7 +47,7 @@ def skin_check(robot_name: str, what: str, recording: str = "simulated", seed: i
     row = judge_wall(depth, sensor) if what == "wall" else judge_hand(depth, sensor)
     ok = float(bool(row.pop("agrees")))
     check = Check("agrees with the layout", ok, "", 1.0, at_least=True)
-    return Report(f"skin check {what}", seed, [{"name": sensor.name} | row], [check])
+    return Report(f"skin check {what}", setup.seed, [{"name": sensor.name} | row], [check])
 
 
 def judge_wall(depth: Array, sensor: Sensor) -> dict[str, Any]:

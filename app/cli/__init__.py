@@ -15,11 +15,14 @@ from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.experiment import Experiment
 from app.cli.kernels import Kernels
+from app.cli.new_robot import NewRobot
 from app.cli.ranges import CalibrateRanges
 from app.cli.run import Run
+from app.cli.settings import Settings
 from app.cli.skin import CalibrateFilter, SkinCommand
 from app.cli.ur import Ur
-from app.errors import FlinchError
+from app.config_names import moved
+from app.errors import ConfigError, FlinchError
 
 __all__ = ["COMMANDS", "Run", "main"]
 
@@ -32,6 +35,8 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "skin": SkinCommand,
     "experiment": Experiment,
     "ur": Ur,
+    "new-robot": NewRobot,
+    "settings": Settings,
     "kernels": Kernels,
 }
 
@@ -42,9 +47,19 @@ def main(args: Sequence[str] | None = None) -> int:
     app = tyro.extras.SubcommandApp()
     for name, command in COMMANDS.items():
         app.command(name=name)(command)
+    given = list(sys.argv[1:] if args is None else args)
     try:
+        _refuse_old_names(given)
         app.cli(args=args, prog="flinch", description="A robot arm that gives way.")()
     except FlinchError as error:
         print(f"flinch: {error}", file=sys.stderr)
         return 1
     return 0
+
+
+def _refuse_old_names(args: Sequence[str]) -> None:
+    """ConfigError for a setting's flag of before, which says what it is called now."""
+    for flag in (a.split("=")[0] for a in args[1:] if a.startswith("--")):
+        remedy = moved(flag[2:].replace("-", "_")) if args[0] == "run" else ""
+        if remedy:
+            raise ConfigError(f"{flag} is no flag any more; {remedy}")

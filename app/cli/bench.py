@@ -6,9 +6,11 @@ from typing import Literal
 
 import tyro
 
+from app.cli.which import WhichRobot
+
 
 @dataclass(frozen=True)
-class Bench:
+class Bench(WhichRobot):
     """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`;
     `control` the step from pairs to velocity, beside other software where it is installed;
     `serial` a whole skin over a virtual port: losses, latency, the reader's load; `deadlines`
@@ -17,8 +19,6 @@ class Bench:
     what: tyro.conf.Positional[
         Literal["tick", "perception", "peers", "control", "serial", "deadlines"]
     ]
-    robot: str = "ur10e"
-    """A robot's name, or the path of its folder."""
     scene: str = "cell"
     """A scene's name, or the path of its TOML file."""
     rate: float = 250.0
@@ -27,7 +27,7 @@ class Bench:
     """Length of each measurement [s]."""
     seed: int = 0
     """Seed of the sensors' noise and of the people's habits."""
-    urdf: Path | None = None
+    heavy_urdf: Path | None = None
     """Perception and peers: a UR10e description whose visual meshes are tried as bodies, too."""
     plot: Path | None = None
     """Perception: draw how the times grow into this file (.svg, .png)."""
@@ -41,15 +41,13 @@ class Bench:
             report = bench_control(steps=int(400 * self.seconds), seed=self.seed)
         elif self.what == "tick":
             from app.bench.tick import bench_tick
-            from app.wiring import Setup
 
-            setup = Setup(robot=self.robot, scene=self.scene, rate=self.rate, seed=self.seed)
+            setup = self.setup(scene=self.scene, rate=self.rate, seed=self.seed)
             report = bench_tick(setup, self.seconds)
         elif self.what == "serial":
             from app.bench.serial import bench_serial
-            from app.wiring import Setup
 
-            setup = Setup(robot=self.robot, rate=self.rate, seed=self.seed)
+            setup = self.setup(rate=self.rate, seed=self.seed)
             report = bench_serial(setup, self.seconds)
         elif self.what == "deadlines":
             from app.bench.deadlines import bench_deadlines
@@ -59,9 +57,9 @@ class Bench:
         elif self.what == "perception":
             from app.bench.perception import bench_perception
 
-            report = bench_perception(self.seed, urdf=self.urdf, plot=self.plot)
+            report = bench_perception(self.seed, urdf=self.heavy_urdf, plot=self.plot)
         else:
             from app.bench.beside_peers import bench_peers
 
-            report = bench_peers(self.seed, urdf=self.urdf)
+            report = bench_peers(self.seed, urdf=self.heavy_urdf)
         print(report.to_json() if self.json else report.to_text())

@@ -1,6 +1,6 @@
 """`flinch doctor`: examine a robot."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import tyro
 
@@ -11,19 +11,17 @@ from app.cli.which import WhichRobot
 class Doctor(WhichRobot):
     """Examine a robot: inertias, limits, meshes, sensors, self-intersections, frames."""
 
-    robot: tyro.conf.Positional[str] = "ur10e"
-    """A robot's name, the path of its folder, or robot_descriptions:NAME."""
-    skin: str = ""
-    """A sensor layout's name or path; default: the robot's own, if it has one."""
+    name: tyro.conf.Positional[str] = ""
+    """The same as --robot, which may then be left out."""
     json: bool = False
     """Print one JSON object."""
 
     def __call__(self) -> None:
         from app.checks.doctor import examine, to_table
-        from app.wiring import Setup, build_robot, choose_skin
+        from app.wiring import build_robot, choose_skin
 
-        setup = Setup(self.robot, self.skin, urdf=self.urdf, choice=self.choice())
+        setup = replace(self, robot=self.name or self.robot).setup()
         robot = build_robot(setup)
-        skin = choose_skin(setup, robot) if self.skin or robot.skin else None
+        skin = choose_skin(setup, robot) if robot.layout else None
         report = examine(robot, skin)
         print(report.to_json() if self.json else to_table(report))

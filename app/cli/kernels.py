@@ -26,11 +26,10 @@ class Kernels(WhichRobot):
         from app.config import Params
         from app.rehearsal import rehearse
         from app.timing import ManualClock
-        from app.wiring import Setup, build_engine
+        from app.wiring import build_engine
 
         with told(print_progress):
-            setup = Setup(robot=self.robot, urdf=self.urdf, choice=self.choice())
-            engine = build_engine(setup, ManualClock())
+            engine = build_engine(self.setup(), ManualClock())
             for _ in range(50):  # the simulated sensors' own kernels
                 engine.step()
             rehearse(engine.robot, engine.skin, engine.cell, Params())

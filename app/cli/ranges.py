@@ -5,9 +5,11 @@ from pathlib import Path
 
 import tyro
 
+from app.cli.which import WhichRobot
+
 
 @dataclass(frozen=True)
-class CalibrateRanges:
+class CalibrateRanges(WhichRobot):
     """Measure each zone's range error from a flat wall shown square at a known distance."""
 
     recording: tyro.conf.Positional[str]
@@ -16,8 +18,6 @@ class CalibrateRanges:
     """Table to begin or to add to; `flinch run --ranges FILE` uses it."""
     distance: float = 0.0
     """Distance of a recorded wall from the lens [m]."""
-    robot: str = "ur10e"
-    """A robot's name, or the path of its folder."""
     seed: int = 0
     """Seed of the simulated sensors."""
     json: bool = False
@@ -26,5 +26,6 @@ class CalibrateRanges:
     def __call__(self) -> None:
         from app.checks.range_calibration import calibrate_ranges
 
-        report = calibrate_ranges(self.robot, self.recording, self.distance, self.file, self.seed)
+        setup = self.setup(seed=self.seed)
+        report = calibrate_ranges(setup, self.recording, self.distance, self.file)
         print(report.to_json() if self.json else report.to_text())

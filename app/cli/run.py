@@ -45,8 +45,6 @@ def no_flags() -> Any:
 class Run(WhichRobot):
     """Run the arm: with its page in a browser, or headless for a number of seconds."""
 
-    skin: str = ""
-    """A sensor layout's name or path; default: the robot's own."""
     scene: str = "cell"
     """A scene's name, or the path of its TOML file."""
     cell: str = ""
@@ -106,14 +104,13 @@ class Run(WhichRobot):
             raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
 
     def __call__(self) -> None:
-        from app.wiring import SIMULATED, Setup
+        from app.wiring import SIMULATED
 
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
-        setup = Setup(
-            self.robot, self.skin, self.scene, self.cell, self.sensors, self.rate, self.seed,
-            urdf=self.urdf, choice=self.choice(),
+        setup = self.setup(
+            scene=self.scene, cell=self.cell, sensors=self.sensors, rate=self.rate, seed=self.seed,
             stray=self.stray, program=self.program, ghost=self.ghost,
             background=self.background, ranges=self.ranges,
             driver=self.driver, armed=self.arm,

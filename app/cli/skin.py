@@ -8,19 +8,16 @@ from typing import Annotated, Literal
 
 import tyro
 
+from app.cli.which import WhichRobot
 from app.timing import WallClock
 
 
 @dataclass(frozen=True)
-class CalibrateFilter:
+class CalibrateFilter(WhichRobot):
     """Suggest the self filter's threshold of each link from returns of the robot itself."""
 
     recording: tyro.conf.Positional[str]
     """'simulated', or PATH[@SENSOR]: an arm at rest at home with nothing near it."""
-    robot: str = "ur10e"
-    """A robot's name, or the path of its folder."""
-    skin: str = ""
-    """Path of a sensor layout; default: the robot's own."""
     ranges: Path | None = None
     """Table of each zone's range error, from `flinch calibrate-ranges`."""
     seed: int = 0
@@ -31,20 +28,18 @@ class CalibrateFilter:
     def __call__(self) -> None:
         from app.checks.filter_calibration import calibrate
 
-        report = calibrate(self.robot, self.recording, self.skin, self.seed, self.ranges)
+        report = calibrate(self.setup(seed=self.seed, ranges=self.ranges), self.recording)
         print(report.to_json() if self.json else report.to_text())
 
 
 @dataclass(frozen=True)
-class SkinCheck:
+class SkinCheck(WhichRobot):
     """Check a sensor against the layout: convention of its ranges, order of its zones."""
 
     show: Literal["wall", "hand"] = "wall"
     """A flat wall, or a hand that goes from left to right and then from top to bottom."""
     sensors: str = "simulated"
     """'simulated[@SENSOR]', PATH[@SENSOR] of a recording, or 'serial:PORT=SENSOR'."""
-    robot: str = "ur10e"
-    """A robot's name, or the path of its folder."""
     seed: int = 0
     """Seed of the simulated noise."""
     json: bool = False
@@ -53,12 +48,12 @@ class SkinCheck:
     def __call__(self) -> None:
         from app.checks.skin_check import skin_check
 
-        report = skin_check(self.robot, self.show, self.sensors, self.seed)
+        report = skin_check(self.setup(seed=self.seed), self.show, self.sensors)
         print(report.to_json() if self.json else report.to_text())
 
 
 @dataclass(frozen=True)
-class SkinEmulate:
+class SkinEmulate(WhichRobot):
     """Speak as a skin does, over a virtual serial port: `flinch run --sensors serial:LINK`."""
 
     link: Path
@@ -75,23 +70,20 @@ class SkinEmulate:
     """The sensor or the ring that this port carries; default: the whole skin."""
     seconds: float = 0.0
     """How long [s]; 0: until Ctrl-C."""
-    robot: str = "ur10e"
-    """A robot's name, or the path of its folder."""
-    skin: str = ""
-    """A sensor layout's name or path; default: the robot's own."""
     scene: str = "cell"
     """A scene's name, or the path of its TOML file: the arm stands in it at home."""
+    follow: str = ""
+    """'ur:HOST': be where that UR is, a virtual one too, as it moves; default: stand at home."""
     seed: int = 0
     """Seed of the noise and of the faults."""
 
     def __call__(self) -> None:
         from app.virtual.skin.emulate import Emulation, emulate
-        from app.wiring import Setup
 
         what = Emulation(
-            self.link, self.format, self.replay, self.faults, self.only, self.seconds
-        )  # fmt: skip
-        setup = Setup(self.robot, self.skin, self.scene, seed=self.seed)
+            self.link, self.format, self.replay, self.faults, self.only, self.seconds, self.follow
+        )
+        setup = self.setup(scene=self.scene, seed=self.seed)
         quit_asked = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: quit_asked.set())

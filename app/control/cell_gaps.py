@@ -35,8 +35,13 @@ def cell_within(
 ) -> Gaps:
     """The gaps below `within` [m] of the `cases` (c, 2), each a capsule and a part of the cell."""
     placed, out, n = place(T_base_link, pieces), room_for(len(cases)), 0
+    boxes = len(parts.half)
     for k in range(len(cases)):
         q, part = cases[k, 0], cases[k, 1]
+        if part < boxes and within + placed.ball[q] <= _from_centre(
+            placed.centre, q, parts.T_box_base[part], parts.half[part]
+        ):
+            continue
         distance = _to_part(placed, q, parts, part, within, out.where[n])
         if distance < within:
             out.who[n, 0], out.who[n, 1], out.who[n, 2] = k, pieces.link[q], -1
@@ -47,25 +52,22 @@ def cell_within(
 
 @compiled
 def _to_part(placed: Placed, q: int, parts: Parts, part: int, within: float, where: Array) -> float:
-    """Distance [m] of capsule q to a part of the cell; +inf where it is surely not `within`."""
+    """Distance [m] of capsule q to a part of the cell; +inf of cubes that are not `within`."""
     boxes, planes = len(parts.half), len(parts.plane)
     ends, radius = placed.ends[q], placed.radius[q]
     if part < boxes:
-        T, half = parts.T_box_base[part], parts.half[part]
-        if _from_centre(placed.centre[q], T, half) >= within + placed.ball[q]:
-            return np.inf
-        return _to_box(ends, radius, T, half, where)
+        return _to_box(ends, radius, parts.T_box_base[part], parts.half[part], where)
     if part < boxes + planes:
         return _to_plane(ends, radius, parts.plane[part - boxes], where)
     return _to_cube(ends, radius, parts.cubes, within, where)
 
 
 @compiled
-def _from_centre(centre: Array, T: Array, half: Array) -> float:
-    """Distance [m] of a place (3,) to a box, T (4, 4) its frame; 0 inside."""
+def _from_centre(centre: Array, q: int, T: Array, half: Array) -> float:
+    """Distance [m] of the q-th of places (Q, 3) to a box, T (4, 4) its frame; 0 inside."""
     square = 0.0
     for i in range(3):
-        v = T[i, 0] * centre[0] + T[i, 1] * centre[1] + T[i, 2] * centre[2] + T[i, 3]
+        v = T[i, 0] * centre[q, 0] + T[i, 1] * centre[q, 1] + T[i, 2] * centre[q, 2] + T[i, 3]
         square += max(abs(v) - half[i], 0.0) ** 2
     return float(np.sqrt(square))
 

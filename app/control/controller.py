@@ -30,7 +30,7 @@ class Controller(Protocol):
     """Turns situations into joint velocities that keep every limit of the robot."""
 
     def update(self, now: Situation) -> Command:
-        """The next command. `control_row` is a row of the situation's pairs.
+        """The next command; its `control_row` is a row of the situation's pairs.
 
         Raises a FlinchError, which stops the arm, where it has no answer.
         """

@@ -9,9 +9,10 @@ from app.control.clearance import Clearance
 from app.control.controller import Controller, Situation
 from app.control.keep_out import KeepOut
 from app.control.limits import braked
-from app.control.registry import kind_of, kinds
+from app.control.registry import kinds
 from app.control.stuck import Stuck
-from app.messages import Array, Command, JointState, Needs, freeze
+from app.messages import Array, Command, JointState, freeze
+from app.needs import Needs
 from app.robot.model import Robot
 
 AT_THE_CELL = "held off the known cell"
@@ -23,8 +24,9 @@ class Controllers:
     def __init__(self, robot: Robot, cell: Cell) -> None:
         self._robot = robot
         self._clearance = Clearance(robot, cell)
+        self._kinds = dict(kinds())
         self._by_mode: dict[str, Controller] = {
-            name: kind.make(robot, self._clearance) for name, kind in kinds().items()
+            name: kind.make(robot, self._clearance) for name, kind in self._kinds.items()
         }
         self._keep_out = KeepOut(robot, self._clearance)
         self._stuck = Stuck()
@@ -43,22 +45,21 @@ class Controllers:
 
     def needs(self, params: Params) -> Needs:
         """What the controller in these settings wants of perception."""
-        return kind_of(params.mode).needs(params)
+        return self._kinds[params.mode].needs(params)
 
     def update(self, now: Situation) -> Command:
-        """The next command, whose `control_row` is one of the measured pairs."""
+        """The next command."""
         control = self._chosen(now.params.mode)
         tool, stamp = now.posture.T_base_tool, now.joints.stamp
         now = now._replace(goal=self._stuck.goal(now.goal, tool, stamp))
         command = control.update(now)
-        if not kind_of(now.params.mode).knows_cell:
+        if not self._kinds[now.params.mode].knows_cell:
             qd = self._keep_out.allowed(command.qd, now)
             if qd is not command.qd:
                 command = replace(command, qd=freeze(qd), reason=command.reason or AT_THE_CELL)
-        self._stuck.see(tool, now.pairs, command, now.params.escape, stamp)
-        row, words = now.pairs.measured(command.control_row), command.reason or self._stuck.words
-        if (row, words) != (command.control_row, command.reason):
-            command = replace(command, control_row=row, reason=words)
+        self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp)
+        if self._stuck.words and not command.reason:
+            command = replace(command, reason=self._stuck.words)
         return command
 
     def brake(self, joints: JointState, dt: float, applied: Array) -> Command:

@@ -12,7 +12,7 @@ import numpy as np
 
 from app.control.bounds.cell import CellBounds
 from app.control.bounds.gap_rows import MOST
-from app.control.bounds.rows import empty_sheet, used
+from app.control.bounds.rows import empty_sheet, rows_of
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.limits import next_step
@@ -33,12 +33,12 @@ class KeepOut:
 
         Raises FlinchError when none is found.
         """
-        step = next_step(self._robot, now.joints.q, now.params.speed, now.dt, now.applied)
+        step = next_step(self._robot, now.joints.q, now.params.joint_speed, now.dt, now.applied)
         # what was asked for keeps the limits already, by a rule of its own where they conflict
         step = step._replace(low=np.minimum(step.low, asked), high=np.maximum(step.high, asked))
         sheet = empty_sheet(MOST, self._robot.n)
         self._cell.append(now, step, sheet)
-        rows = used(sheet)
+        rows = rows_of(sheet)
         if (rows.jacobian @ asked >= rows.low).all():
             return asked
         nearest = Problem(

@@ -69,11 +69,10 @@ def velocity_box(
 
 def next_step(robot: Robot, q: Array, speed: float, dt: float, previous: Array) -> Step:
     """The step ahead at q. Where limits contradict each other, position wins."""
-    low, high, qd_max = np.empty((3, robot.n))
-    limits = _range(robot)
-    _narrowed(limits, q, previous, speed, dt, low, high)
-    np.multiply(limits.qd_max, speed, out=qd_max)
-    return Step(low, high, previous, qd_max, limits.qdd_max, dt)
+    out = np.empty((3, robot.n))
+    _next(_range(robot), q, previous, speed, dt, out)
+    low, high, qd_max = out
+    return Step(low, high, previous, qd_max, robot.qdd_max, dt)
 
 
 def bring_into(qd: Array, previous: Array, box: VelocityBox) -> tuple[Array, float]:
@@ -110,12 +109,12 @@ def _velocities(
 
 
 @compiled
-def _narrowed(
-    limits: _Range, q: Array, previous: Array, speed: float, dt: float, low: Array, high: Array
-) -> None:
-    """Write the box of position, velocity and acceleration."""
+def _next(limits: _Range, q: Array, previous: Array, speed: float, dt: float, out: Array) -> None:
+    """Write the box of position, velocity and acceleration, and the velocities in use: (3, n)."""
+    low, high = out[0], out[1]
     _velocities(limits, q, previous, speed, dt, low, high)
     for j in range(len(low)):
+        out[2, j] = speed * limits.qd_max[j]
         change = limits.qdd_max[j] * dt
         least = min(max(low[j], previous[j] - change), high[j])
         high[j] = max(min(high[j], previous[j] + change), low[j])

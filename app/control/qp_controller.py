@@ -13,7 +13,7 @@ from app.control.bounds.cell import CellBounds
 from app.control.bounds.gap_rows import MOST
 from app.control.bounds.own_body import OwnBodyBounds
 from app.control.bounds.pairs import PairBounds
-from app.control.bounds.rows import Bound, Rows, empty_sheet, used
+from app.control.bounds.rows import Bound, Rows, empty_sheet, rows_of
 from app.control.bounds.separation import SeparationBounds
 from app.control.clearance import Clearance
 from app.control.controller import Situation
@@ -30,6 +30,7 @@ SINGULAR = 0.02  # manipulability [m^3] below which damping begins, for an arm o
 # Weights of the joints' speed, more of it near a singularity, and of its change: enough to make
 # the answer unique; more of the last, 0.05, delays evasion (specification, section 4.3)
 LAMBDA_Q, LAMBDA_SINGULAR, LAMBDA_A = 1e-3, 0.05, 2e-3
+K_G, K_B = 10.0, 0.5  # only their ratio counts beside these (specification, section 4.1)
 PUSH = 0.02  # weight of the way out of a singularity (specification, section 4.3)
 ASTRAY = 0.2  # [rad/s] the arm does not follow: start from what was measured (section 4.6)
 GIVES_WAY = 1e-3  # [m/s] slack from which on a bound counts as relaxed (section 4.7)
@@ -66,15 +67,15 @@ class QpController:
         aim = RELAXED_SHARE if relaxed else 1.0
         self._share += min(max(aim - self._share, -now.dt / EASE_SHARE), now.dt / EASE_SHARE)
         previous = _in_force(now.joints, now.applied)
-        speed = now.params.speed * now.share * self._share
+        speed = now.params.joint_speed * now.share * self._share
         step = next_step(self._robot, now.joints.q, speed, now.dt, previous)
         separates = not self._gives_way or now.params.separation
         bounds = (*self._pairs, *((self._separation,) if separates else ()), *self._own)
         sheet = empty_sheet(2 * (len(now.pairs.distance) + MOST), self._robot.n)
         for bound in bounds:
             bound.append(now, step, sheet)
-        rows = used(sheet)
-        costs, strict = self._costs(now, previous), now.params.lexicographic
+        rows = rows_of(sheet)
+        costs, strict = self._costs(now, previous), now.params.bounds_first
         answer = solve(costs, rows, step.low, step.high, strict, now.params.solver)
         if answer is None:
             return self._unanswered(now)
@@ -110,8 +111,8 @@ class QpController:
         params, tool, twist = now.params, now.posture.tool_jacobian(), np.zeros(6)
         if now.goal is not None:
             twist = goal_twist(
-                now.posture.T_base_tool, now.goal.T_base_tool, params.lambda_p, params.lambda_o,
-                params.v_max, params.w_max,
+                now.posture.T_base_tool, now.goal.T_base_tool,
+                params.goal_speed, params.goal_turning,
             )  # fmt: skip
         _ease(self._eased, min(now.dt / EASE, 1.0), twist)
         mu = manipulability(tool)
@@ -120,8 +121,8 @@ class QpController:
         if mu < 2.0 * SINGULAR and now.goal is not None:
             push = PUSH * manipulability_gradient(now.posture, mu)
         return Costs(
-            tool, twist, previous, push, params.k_g, params.k_b,
-            LAMBDA_Q + LAMBDA_SINGULAR * lost * lost, LAMBDA_A, params.slide,
+            tool, twist, previous, push, K_G, K_B,
+            LAMBDA_Q + LAMBDA_SINGULAR * lost * lost, LAMBDA_A, params.slide_along,
         )  # fmt: skip
 
 
@@ -160,7 +161,7 @@ def _held(
     tight: NDArray[np.bool_],
     low: Array,
     source: NDArray[np.int64],
-    inside: NDArray[np.bool_],
+    inside: NDArray[np.int64],
 ) -> tuple[int, float, bool]:
     """The bound that holds the arm most, -1 for none, the largest slack, and if one gave way.
 
@@ -169,7 +170,7 @@ def _held(
     first, most, gave = -1, 0.0, False
     for i in range(len(low)):
         most = max(most, slack[i])
-        gave |= inside[i] and slack[i] > GIVES_WAY
+        gave |= inside[i] != 0 and slack[i] > GIVES_WAY
         if not tight[i]:
             continue
         world, before = source[i] >= 0, first >= 0 and source[first] >= 0

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from app.config import MODES, Params
 from app.errors import ConfigError
-from app.messages import Needs
+from app.needs import Needs
 
 if TYPE_CHECKING:  # see `app.control.modes`
     from app.control.clearance import Clearance
@@ -26,22 +26,20 @@ if TYPE_CHECKING:  # see `app.control.modes`
     from app.robot.model import Robot
 
 M = TypeVar("M", bound=Callable[..., Any])
-CLOSER = 0.05  # [m] task priority comes to rest about half into its transition of 0.10 m
-
-
-def links(params: Params) -> Needs:
-    """The closest pair of every link, as far as task priority acts."""
-    return Needs("links", params.d_min + params.delta)
+# [m] Task priority fades in over FADES and comes to rest about half way in. The paper gives no
+# widths; its mean distance of 0.28 to 0.30 m fits a transition that begins at 0.30 m.
+FADES, CLOSER, LEAST = 0.10, 0.05, 0.05
 
 
 def fading_distances(params: Params) -> tuple[float, float]:
     """[m] where task priority acts fully, and from where on it acts at all."""
-    return params.d_min, params.d_min + params.delta
+    full = max(params.distance_kept - CLOSER, LEAST)
+    return full, full + FADES
 
 
-def fading_settings(kept: float) -> Mapping[str, Any]:
-    """The settings of task priority that keep it at `kept` [m]."""
-    return {"d_min": max(kept - CLOSER, 0.05)}
+def links(params: Params) -> Needs:
+    """The closest pair of every link, as far as task priority acts."""
+    return Needs("links", fading_distances(params)[1])
 
 
 @dataclass(frozen=True)
@@ -51,7 +49,6 @@ class Kind:
     label:      its name on the page.   help: one line.
     needs:      what it wants of perception.
     distances:  [m] that it keeps, and from which on it acts; None where there is no such distance.
-    keeping:    the settings with which it keeps a distance [m].
     knows_cell: it bounds itself by the known cell; any other one's velocity is kept out of it.
     memory:     the settings of `memory` that it is compared with; first the one it is meant for.
     studies:    names of the experiments that it takes part in.
@@ -63,7 +60,6 @@ class Kind:
     make: Callable[[Robot, Clearance], Controller]
     needs: Callable[[Params], Needs] = links
     distances: Callable[[Params], tuple[float, float] | None] = fading_distances
-    keeping: Callable[[float], Mapping[str, Any]] = fading_settings
     knows_cell: bool = False
     memory: tuple[bool, ...] = (True,)
     studies: frozenset[str] = frozenset({"tradeoff", "worlds"})

@@ -28,30 +28,30 @@ def protective_distance(
 ) -> Array:
     """S [m] for approach speeds v [m/s] >= 0 of the robot and a person's v_h, by default the
     setting's; age [s] of the measurement."""
-    person = params.ssm_person if v_h is None else v_h
-    T, a = reaction(age, params), params.ssm_deceleration
-    return np.asarray(person * (T + v / a) + v * T + v * v / (2.0 * a) + params.ssm_margin)
+    person = params.person_speed if v_h is None else v_h
+    T, a = reaction(age, params), params.braking
+    return np.asarray(person * (T + v / a) + v * T + v * v / (2.0 * a) + params.separation_margin)
 
 
 def allowed_speed(
     distance: Array, params: Params, v_h: Array | float | None = None, age: Array | float = 0.0
 ) -> Array:
     """Largest approach speed [m/s] whose protective distance is not above `distance` [m]."""
-    person = params.ssm_person if v_h is None else v_h
-    aT, a = params.ssm_deceleration * reaction(age, params), params.ssm_deceleration
-    root = person**2 + aT * aT + 2.0 * a * (distance - params.ssm_margin)
+    person = params.person_speed if v_h is None else v_h
+    aT, a = params.braking * reaction(age, params), params.braking
+    root = person**2 + aT * aT + 2.0 * a * (distance - params.separation_margin)
     return np.maximum(np.sqrt(np.maximum(root, 0.0)) - (person + aT), 0.0)
 
 
 def reaction(age: Array | float, params: Params) -> Array:
     """T [s] from the measurement of that age [s] to the first braking."""
-    return np.asarray(params.ssm_reaction + np.clip(np.asarray(age) - NEW, 0.0, LONG))
+    return np.asarray(params.reaction_time + np.clip(np.asarray(age) - NEW, 0.0, LONG))
 
 
 def person_speed(pairs: Pairs, params: Params) -> Array:
     """v_h (B,) [m/s] of each pair."""
-    assumed = np.full(len(pairs.distance), params.ssm_person)
-    if not params.ssm_measured or pairs.approach is None:
+    assumed = np.full(len(pairs.distance), params.person_speed)
+    if not params.person_speed_measured or pairs.approach is None:
         return assumed
     return np.asarray(np.minimum(np.maximum(pairs.approach, 0.0) + UNSURE, assumed))
 

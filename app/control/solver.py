@@ -48,19 +48,16 @@ class Problem(NamedTuple):
     w: Array
 
 
-Solved = tuple[Array, Array] | None  # x (n,) or more, and the rows' multipliers (m,)
-Solver = Callable[[Problem], Solved]
+# x (n,) or more, and the rows' multipliers (m,), which are negative where b holds
+Found = tuple[Array, Array] | None
 
 
 def minimise(p: Problem, solver: str = "daqp") -> Array | None:
     """The minimum x (n,), within its box; None where neither library has proved to have it."""
-    first = SOLVERS[solver]
-    for solve in (first, *(s for s in SOLVERS.values() if s is not first)):
-        found = solve(p)
-        if found is None:
-            continue
-        x = np.empty(len(p.g))
-        if _proved(p, found[0], found[1], x):
+    x = np.empty(len(p.g))
+    for attempt in ATTEMPTS[solver]:
+        found = attempt(p)
+        if found is not None and _proved(p, found[0], found[1], x):
             return x
     return None
 
@@ -77,21 +74,18 @@ def with_slack(p: Problem) -> Problem:
     return out
 
 
-def _daqp(p: Problem) -> Solved:
-    """By DAQP: first without slack, where its multipliers may not exceed their prices."""
-    found = _ask_daqp(p)
-    if found is not None and (found[1] <= p.c).all():
-        return found
-    return _ask_daqp(with_slack(p)) if len(p.c) else found
-
-
-def _ask_daqp(p: Problem) -> Solved:
-    """Bounds come first, then rows; multipliers of low ones are negative."""
+def _daqp(p: Problem) -> Found:
+    """By DAQP without slack: the minimum as long as no multiplier exceeds its price."""
     x, _, status, info = daqp.solve(p.H, p.g, p.J, p.high, p.low, primal_tol=MET)
-    return (x, -info["lam"][len(x) :]) if status > 0 else None
+    return (x, info["lam"][len(x) :]) if status > 0 else None  # those of the box come first
 
 
-def _proxqp(p: Problem) -> Solved:
+def _daqp_with_slack(p: Problem) -> Found:
+    """By DAQP where bounds have to give way."""
+    return _daqp(with_slack(p)) if len(p.c) else None
+
+
+def _proxqp(p: Problem) -> Found:
     """By ProxQP, always with slack: without it, it takes seconds to say that there is no answer."""
     m = len(p.c)
     p = with_slack(p)
@@ -102,12 +96,14 @@ def _proxqp(p: Problem) -> Solved:
     s.check_duality_gap = True
     qp.init(p.H, p.g, None, None, p.J, p.low[n:], p.high[n:], p.low[:n], p.high[:n])
     qp.solve()
-    x, z = np.array(qp.results.x), np.array(qp.results.z)
-    return x, -z[:m]
+    return np.array(qp.results.x), np.array(qp.results.z)[:m]  # those of the rows come first
 
 
 NO_GUESS = proxqp.NO_INITIAL_GUESS  # warm starts took up to 56 ms where rows jump (spec., 4.2)
-SOLVERS: dict[str, Solver] = {"daqp": _daqp, "proxqp": _proxqp}
+ATTEMPTS: dict[str, tuple[Callable[[Problem], Found], ...]] = {
+    "daqp": (_daqp, _daqp_with_slack, _proxqp),
+    "proxqp": (_proxqp, _daqp, _daqp_with_slack),
+}
 
 
 @compiled
@@ -128,7 +124,7 @@ def _widen(p: Problem, out: Problem) -> None:
 def _proved(p: Problem, found: Array, pull: Array, x: Array) -> bool:
     """Write the answer that was found, (n,) or more, within its box; is it the minimum?
 
-    pull: (m,) the rows' multipliers.
+    pull: (m,) the rows' multipliers, negative where b holds.
     """
     n, cost, excess = len(x), 0.0, 0.0
     for j in range(n):
@@ -142,10 +138,10 @@ def _proved(p: Problem, found: Array, pull: Array, x: Array) -> bool:
         cost += (0.5 * slope + p.g[j]) * x[j]
         slope += p.g[j]
         for i in range(len(p.c)):
-            slope -= p.J[i, j] * max(pull[i], 0.0)
+            slope += p.J[i, j] * min(pull[i], 0.0)
         excess += max(slope * (x[j] - p.low[j]), slope * (x[j] - p.high[j]))
     for i in range(len(p.c)):
-        mu, lack = max(pull[i], 0.0), p.low[n + i]
+        mu, lack = max(-pull[i], 0.0), p.low[n + i]
         for j in range(n):
             lack -= p.J[i, j] * x[j]
         s = max(lack - MET, 0.0)

@@ -116,7 +116,7 @@ def damping(sigma: float) -> float:
     """p(sigma) = lambda_r (1 + cos(pi sigma / theta)) / 2 below theta, 0 from there on."""
     if sigma >= THETA:
         return 0.0
-    return LAMBDA_R * 0.5 * (1.0 + np.cos(np.pi * sigma / THETA))
+    return float(LAMBDA_R * 0.5 * (1.0 + np.cos(np.pi * sigma / THETA)))
 
 
 @compiled

@@ -24,6 +24,7 @@ from app.control.controller import Situation
 from app.control.goals import goal_twist
 from app.control.limit_task import limit_task
 from app.control.limits import bring_into, velocity_box
+from app.control.registry import fading_distances
 from app.control.task_priority import Task, solve
 from app.messages import Command, Goal, freeze
 from app.robot.model import Robot
@@ -35,6 +36,8 @@ from app.robot.posture import Posture
 KAPPA = 0.15  # share of the reachable speed along the normal that may be asked for
 HARDLY = 0.05  # [m/s] a row that joints cannot move faster is left out; it fades in up to twice it
 HELD = 0.01  # [m] the acted-on row stays until another is nearer by more: about one sigma of range
+LAMBDA = 2.0  # [1/s] the paper gives none; faster than an error of the goal, slower than a frame
+FASTEST = 0.6  # [m/s] that the task may ask for: twice the goal speed
 NOWHERE = 1e-9  # [m/s] no joint moves the point along the normal
 
 
@@ -60,14 +63,14 @@ class TaskPriorityController:
     def update(self, now: Situation) -> Command:
         """The next command."""
         robot, params = self._robot, now.params
-        speed = params.speed * now.share
+        speed = params.joint_speed * now.share
         box = velocity_box(robot, now.joints.q, speed, now.dt, now.applied)
         safety = self._safety(now)
         self._held = now.pairs.measured(safety.row)
         tasks = [safety.task] if safety.task else []
         tasks += goal_tasks(now.posture, now.goal, params)
         tasks.append(self._rest)
-        if params.limit_task:
+        if params.limits_first:
             tasks.insert(0, limit_task(robot, now.joints.q))
         rho, scale = solve(tasks, speed * robot.qd_max)
         qd, shortened = bring_into(rho, now.applied, box)
@@ -83,21 +86,22 @@ class TaskPriorityController:
     def _safety(self, now: Situation) -> Safety:
         """Level 1 for the closest pair, or every near link, that joints can do something about."""
         pairs, params = now.pairs, now.params
-        near = np.flatnonzero(pairs.distance < params.d_min + params.delta)
+        full, begins = fading_distances(params)
+        near = np.flatnonzero(pairs.distance < begins)
         if len(near) == 0:
             return Safety(None, -1)
         J = now.posture.distance_rows(pairs.link[near], pairs.on_robot[near], pairs.normal[near])
-        reachable = np.abs(J) @ (params.speed * self._robot.qd_max)  # [m/s], all joints at limit
+        reachable = np.abs(J) @ (params.joint_speed * self._robot.qd_max)  # [m/s], all at limits
         able = reachable > (NOWHERE if self._published else HARDLY)
         if not able.any():
             return Safety(None, -1)
         order = self._order(now, near, able)
         d, J, reachable, near = pairs.distance[near][order], J[order], reachable[order], near[order]
-        reference = params.lambda_safety * (params.d_min + params.delta - d)
+        reference = LAMBDA * (begins - d)
         if pairs.approach is not None:
             reference = reference + pairs.approach[near]
-        reference = np.minimum(np.maximum(reference, -params.v_safe), params.v_safe)
-        a = np.array([activation(x, params.d_min, params.delta) for x in d])
+        reference = np.minimum(np.maximum(reference, -FASTEST), FASTEST)
+        a = np.array([activation(x, full, begins - full) for x in d])
         if not self._published:
             reference = np.minimum(reference, KAPPA * reachable)
             a *= np.minimum((reachable - HARDLY) / HARDLY, 1.0)
@@ -131,9 +135,8 @@ def goal_tasks(posture: Posture, goal: Goal | None, params: Params) -> list[Task
     if goal is None:
         return []
     twist = goal_twist(
-        posture.T_base_tool, goal.T_base_tool, params.lambda_p, params.lambda_o,
-        params.v_max, params.w_max,
-    )  # fmt: skip
+        posture.T_base_tool, goal.T_base_tool, params.goal_speed, params.goal_turning
+    )
     J = posture.tool_jacobian()
-    levels = (slice(0, 3), slice(3, 6)) if params.goal_split else (slice(0, 6),)
+    levels = (slice(0, 3), slice(3, 6)) if params.position_first else (slice(0, 6),)
     return [Task(J[k], twist[k], np.ones(len(twist[k]))) for k in levels]

@@ -33,6 +33,7 @@ class Record:
     reasons: Counter[str] = field(default_factory=Counter)  # ticks with each mode's reason
     advice: Counter[str] = field(default_factory=Counter)  # ticks with each advice
     stops: list[dict[str, object]] = field(default_factory=list)
+    warnings: tuple[str, ...] = ()  # what a person should know before it starts
     overspeed: float = -np.inf  # [rad/s] largest excess over a velocity limit
     overreach: float = -np.inf  # [rad] largest excess over a position limit
 

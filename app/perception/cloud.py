@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.cell.parts import Cell
-from app.config import Params
 from app.messages import Array, Cloud, SensorFrame, Verdict, freeze
 from app.perception.background import Background
 from app.perception.ghosts import Ghosts
 from app.perception.placing import Lenses, Reports, place_points
+from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter, no_judgement
 from app.perception.static_filter import StaticFilter
 from app.robot.model import Robot
@@ -56,7 +56,7 @@ class SkinCloud:
         self._stamp = np.full(self._skin.count, -np.inf)
         self._ghosts.reset()
 
-    def add_frames(self, frames: Sequence[SensorFrame], posture: Posture, params: Params) -> None:
+    def add_frames(self, frames: Sequence[SensorFrame], posture: Posture, rules: Rules) -> None:
         """Judge `frames`, all measured at `posture`; of two of one sensor the later one stays.
 
         A frame older than the one already held (reordered on its way) is ignored.
@@ -72,11 +72,11 @@ class SkinCloud:
         reports.status[slots] = np.concatenate([f.status for f in chosen])
         reports.targets[slots] = np.concatenate([f.targets for f in chosen])
         self._stamp[sensors] = [f.stamp for f in chosen]
-        self._self_filter.judge(sensors, reports.distance, posture, params, judged)
+        self._self_filter.judge(sensors, reports.distance, posture, rules, judged)
         place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
-        self._ghosts.mark_ghosts(sensors, reports.distance, judged.verdict, judged.gap, params)
+        self._ghosts.mark_ghosts(sensors, reports.distance, judged.verdict, judged.gap, rules)
         if self.background.learning:
             kept = slots[judged.verdict[slots] == KEPT]
             self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)

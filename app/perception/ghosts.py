@@ -3,7 +3,7 @@
 A kept point that is nearer than what its part of the field of view showed one frame before
 is believed when a neighbouring zone shows the same in this frame, or when it is seen again
 in the next: a real thing of one zone costs one frame, 67 ms at 15 Hz. Safety comes before
-neatness: points within `ghost_near` of the lens, or that close before a body behind them, are
+neatness: points within `NEAR` of the lens, or that close before a body behind them, are
 believed at once. A sensor of a single zone has no neighbours: it is asked twice.
 """
 
@@ -11,13 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.config import Params
 from app.messages import Array, Verdict
+from app.perception.rules import Rules
 from app.robot.skin import Skin
 
 KEPT, GHOST = int(Verdict.KEPT), int(Verdict.GHOST)
 SURFACE = np.zeros(len(Verdict), dtype=bool)  # by verdict: has the zone seen something there?
 SURFACE[[Verdict.KEPT, Verdict.SELF, Verdict.STATIC, Verdict.BEHIND]] = True
+NEAR = 0.15  # [m] one frame later, at 1.5 m/s, a thing that near would be a hand's breadth away
 ALIKE = 0.10  # [m] distances of neighbouring zones that differ by less are one thing
 CLOSER = 0.10  # [m] a surface may come nearer by this in a frame: 1.5 m/s at 15 Hz
 
@@ -39,10 +40,10 @@ class Ghosts:
         distance: Array,
         verdict: NDArray[np.uint8],
         gap: Array,
-        params: Params,
+        rules: Rules,
     ) -> None:
         """Turn KEPT into GHOST in `verdict` where a point is not yet to be believed; all (S,)."""
-        near = params.ghost_near if params.ghost_filter else np.inf
+        near = NEAR if rules.doubts_ghosts else np.inf
         _mark_ghosts(sensors, self._first, self._grid, near, distance, gap, verdict, self._last)
 
 

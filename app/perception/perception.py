@@ -8,7 +8,6 @@ Nothing behind it feeds back into it: what it believes follows from what was mea
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
 from itertools import groupby
 
 import numpy as np
@@ -17,20 +16,13 @@ from numpy.typing import NDArray
 from app.cell.learned import Learned
 from app.cell.parts import Cell
 from app.config import Params
-from app.messages import (
-    Array,
-    Cloud,
-    JointState,
-    Needs,
-    Pairs,
-    SensorFrame,
-    Verdict,
-    freeze,
-)
+from app.messages import Array, Cloud, JointState, Pairs, SensorFrame, Verdict, freeze
+from app.needs import Needs
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory
 from app.perception.proximity import BodyPairs, HeldPairs, ManyPairs, MountPairs
+from app.perception.rules import Rules, rules_of
 from app.perception.steadying import Steadying, aged
 from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
@@ -63,15 +55,6 @@ class Percept:
     steady: Pairs
     body: Pairs
     memory: Array
-
-
-@lru_cache(maxsize=4)
-def as_published(params: Params) -> Params:
-    """Settings with which perception does what the paper says, and nothing else."""
-    return replace(
-        params, two_sided=True, footprint=False, ghost_filter=False, memory=False,
-        obstacle_speed=False,
-    )  # fmt: skip
 
 
 class Perception:
@@ -133,22 +116,22 @@ class Perception:
 
         posture: at `joints.q`.   dt: [s] since the last tick.
         """
-        params = as_published(params) if needs.as_published else params
+        rules = rules_of(params, needs.as_published)
         self._history.append(joints)
         lap("kinematics")
-        self._take(frames, params)
+        self._take(frames, rules)
         cloud = self._cloud.view(joints.stamp)
         lap("filter")
-        points, use = self._world_points(cloud, posture, joints.stamp, params)
+        points, use = self._world_points(cloud, posture, joints.stamp, rules)
         body = self._body.search(points, use, posture)
         pairs = self._pairs(needs, body, points, use, posture, joints.stamp)
-        if params.obstacle_speed:
+        if rules.obstacle_speed:
             pairs = self._speed.update(pairs, joints.stamp)
         if needs.ages:
             pairs = replace(pairs, age=self._ages(pairs, cloud, joints.stamp))
-        steady = self._steadied(pairs, posture, params, needs, dt)
-        if params.memory:
-            self._revise_memory(body, len(cloud.points), joints.stamp, params)
+        steady = self._steadied(pairs, posture, needs, dt)
+        if rules.memory:
+            self._revise_memory(body, len(cloud.points), joints.stamp, rules)
         memory = freeze(self._memory.points[self._memory.near])
         lap("pairs")
         return Percept(posture, cloud, pairs, steady, body, memory)
@@ -157,29 +140,29 @@ class Perception:
         """What was believed before, at the present posture: for a tick that trusts nothing new."""
         posture = self._robot.posture(joints.q)
         cloud = self._cloud.view(joints.stamp)
-        points, use = self._world_points(cloud, posture, joints.stamp, params)
+        points, use = self._world_points(cloud, posture, joints.stamp, rules_of(params, False))
         body = self._body.search(points, use, posture)
         return Percept(posture, cloud, body, body, body, np.empty((0, 3)))
 
-    def _take(self, frames: Sequence[SensorFrame], params: Params) -> None:
+    def _take(self, frames: Sequence[SensorFrame], rules: Rules) -> None:
         """Judge new frames, each at the posture that the arm had when it was measured."""
         for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
             then = self._robot.posture(self._history.at(stamp))
             together = list(group)
-            self._cloud.add_frames(together, then, params)
-            if params.memory or params.obstacle_speed:
+            self._cloud.add_frames(together, then, rules)
+            if rules.memory or rules.obstacle_speed:
                 sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
-                if params.obstacle_speed:
+                if rules.obstacle_speed:
                     self._speed.take(judged, sensors)
-                if params.memory:
+                if rules.memory:
                     self._memory.update(judged, sensors, then)
 
     def _world_points(
-        self, cloud: Cloud, posture: Posture, now: float, params: Params
+        self, cloud: Cloud, posture: Posture, now: float, rules: Rules
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Points (n, 3) to keep clear of and which are in use: the cloud's, then the memory's."""
         points, use = cloud.points, cloud.verdict == KEPT
-        if not params.memory:
+        if not rules.memory:
             self._memory.reset()
             return points, use
         self._memory.age(now, posture)
@@ -199,9 +182,7 @@ class Perception:
         hold = 0.0 if needs.as_published else HELD
         return self._held.update(body, points, use, posture, hold)
 
-    def _steadied(
-        self, pairs: Pairs, posture: Posture, params: Params, needs: Needs, dt: float
-    ) -> Pairs:
+    def _steadied(self, pairs: Pairs, posture: Posture, needs: Needs, dt: float) -> Pairs:
         """`pairs` without the sensors' noise, for every controller alike."""
         if needs.as_published:
             return pairs
@@ -211,9 +192,9 @@ class Perception:
         steady = self._steadying.update(posture, pairs, needs.reach, dt)
         return aged(steady, pairs, float(self._skin.traits.oldest.max())) if needs.ages else steady
 
-    def _revise_memory(self, body: Pairs, current: int, now: float, params: Params) -> None:
+    def _revise_memory(self, body: Pairs, current: int, now: float, rules: Rules) -> None:
         """Tell the memory what moves, and where the arm's own body has been."""
-        if params.obstacle_speed:  # without it nobody renews what was found to move
+        if rules.obstacle_speed:  # without it nobody renews what was found to move
             self._memory.mark_moving(self._speed.moving(), now)
         inside = (body.distance < VISITED) & (body.slot >= current)
         self._memory.visited(body.slot[inside] - current)

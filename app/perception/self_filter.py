@@ -17,10 +17,10 @@ Distances are compared as the sensor reports them, along its axis or along its r
 import numpy as np
 from numpy.typing import NDArray
 
-from app.config import Params
 from app.messages import Array
 from app.perception.casting import NEAR, Casts, Fan, Hulls, select_rays
 from app.perception.returns import Judgement, Returns, explain_returns
+from app.perception.rules import Rules
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -48,7 +48,7 @@ class SelfFilter:
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
         self._hulls = _hulls(robot)
         self._fan = _fan(skin)
-        self._own = self._own_returns()
+        self._own = self._own_returns(robot)
         self._casts = _room_for_casts(len(self._meshes), len(self._meshes) * self._own.link.size)
 
     def judge(
@@ -56,7 +56,7 @@ class SelfFilter:
         sensors: NDArray[np.intp],
         reported: Array,
         posture: Posture,
-        params: Params,
+        rules: Rules,
         into: Judgement | None = None,
     ) -> Judgement:
         """Verdict of each zone of `sensors` (m,), and why, by slot.
@@ -67,7 +67,7 @@ class SelfFilter:
         judged = no_judgement(len(reported)) if into is None else into
         casts = self._casts
         select_rays(
-            sensors, reported, posture.T_base_link, params.footprint, self._fan, self._hulls,
+            sensors, reported, posture.T_base_link, rules.footprint, self._fan, self._hulls,
             casts, judged.rays,
         )  # fmt: skip
         first = 0
@@ -77,20 +77,23 @@ class SelfFilter:
                 np.add(t, np.float32(NEAR), out=casts.hit[first:last])
             first = last
         explain_returns(
-            sensors, reported, params.two_sided, self._fan, self._hulls, self._own, casts, judged
+            sensors, reported, rules.two_sided, self._fan, self._hulls, self._own, casts, judged
         )
         return judged
 
-    def _own_returns(self) -> Returns:
+    def _own_returns(self, robot: Robot) -> Returns:
         """Where rays end on each sensor's own link and what is fixed to it."""
         fan = self._fan
         own = Returns(np.full(fan.report.shape, MISS), np.full(fan.report.shape, -1, np.int16))
         for k, mount in enumerate(fan.link):
             mine = slice(fan.first[k], fan.first[k + 1])
-            d = fan.direction[mine].reshape(-1, 3)
-            o = fan.origin[k].astype(np.float32) + np.float32(NEAR) * d
             length, link = own.length[mine], own.link[mine]
+            rays = fan.direction[mine].reshape(-1, 3)
             for i in np.flatnonzero(self._hulls.fixed[mount]):
+                T = robot.T_link_link(int(i), int(mount))  # a fixed part may have another frame
+                d = rays @ T[:3, :3].T.astype(np.float32)
+                o = (T[:3, :3] @ fan.origin[k] + T[:3, 3]).astype(np.float32)
+                o = o + np.float32(NEAR) * d
                 t = self._meshes[i].cast(o, d).reshape(length.shape) + np.float32(NEAR)
                 link[t < length] = i
                 length[:] = np.minimum(length, t)

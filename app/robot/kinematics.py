@@ -92,5 +92,10 @@ def welded(model: Any, frames: tuple[int, ...]) -> NDArray[np.bool_]:
     return np.asarray(joint[:, None] == joint)
 
 
+def in_joint(model: Any, frames: tuple[int, ...]) -> Array:
+    """(L, 4, 4) pose of each frame in that of the joint that moves it; it never changes."""
+    return np.array([model.frames[f].placement.homogeneous for f in frames])
+
+
 def _one_line(error: Exception) -> str:
     return " ".join(str(error).split())[:200]

@@ -120,7 +120,7 @@ class Description:
         return meshes
 
     def _file(self, filename: str, link: str) -> Path:
-        path = self._resolve(filename)
+        path = self.find(filename)
         if path is None:
             raise RobotError(
                 f"{self.path}: mesh {filename!r} of link {link!r} is missing; put the file there "
@@ -128,7 +128,7 @@ class Description:
             )
         return path
 
-    def _resolve(self, filename: str) -> Path | None:
+    def find(self, filename: str) -> Path | None:
         """Relative and file:// paths beside the URDF; package://NAME/rest in a parent folder."""
         name = filename.removeprefix("file://")
         folder = self.path.parent

@@ -5,6 +5,7 @@ Kinematics come from pinocchio, meshes from the URDF's `visual` and `collision` 
 base frame is the URDF's root link. A missing mesh is an error.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -18,17 +19,20 @@ from app.assets import asset_folder, find_asset
 from app.errors import RobotError, options
 from app.messages import Array, freeze
 from app.raycast import RigidMesh
+from app.robot.covers import cover_name, mount_covers
 from app.robot.kinematics import (
     build_model,
     check_home,
     check_joint_values,
     frame_index,
     from_table,
+    in_joint,
     joint_names,
     slides,
     support,
     welded,
 )
+from app.robot.layout import NONE, find_layout, read_layout
 from app.robot.meshes import BodyMesh, Description, describe
 from app.robot.posture import Posture
 from app.robot.tables import AS_IT_IS, Choice, RobotTable, ToolTable
@@ -51,7 +55,9 @@ class Robot:
     links: tuple[str, ...]
     joints: tuple[str, ...]
     tool_frame: str
-    skin: str | None
+    skin: str | None  # the layout of its own that `robot.toml` names
+    layout: Path | None  # whose covers it wears
+    covers: tuple[str, ...]  # body links that are covers
     home: Array
     q_min: Array
     q_max: Array
@@ -63,6 +69,7 @@ class Robot:
     supports: Array  # (L, n)
     tool_support: Array  # (n,)
     welded: NDArray[np.bool_]  # (L, L) do two body links move as one?
+    T_joint_link: Array  # (L, 4, 4) of each body link in the joint that moves it, for ever
     _model: Any
     _frames: tuple[int, ...]
     _tool: int
@@ -76,11 +83,21 @@ class Robot:
         """Number of joints that move."""
         return len(self.joints)
 
+    @property
+    def slides(self) -> NDArray[np.bool_]:
+        """(n,) which joints are sliding ones, in metres."""
+        return slides(self._model)
+
     def link_index(self, name: str) -> int:
         """Row of a body link; the error lists the links that there are."""
         if name not in self.links:
             raise RobotError(f"{self.name}: no body link {name!r}; {options(name, self.links)}")
         return self.links.index(name)
+
+    def T_link_link(self, a: int, b: int) -> Array:  # noqa: N802  as the frames are named
+        """(4, 4) pose of body link b in the frame of a; both must be welded. It never changes."""
+        a_, b_ = self.T_joint_link[a], self.T_joint_link[b]
+        return np.eye(4) if np.array_equal(a_, b_) else np.asarray(np.linalg.inv(a_) @ b_)
 
     def visual(self, link: str) -> Any:
         """The link's visual meshes as one trimesh.Scene in the link frame."""
@@ -104,7 +121,8 @@ class Robot:
             q=freeze(q),
             T_base_link=freeze(poses),
             T_base_tool=freeze(data.oMf[self._tool].homogeneous.copy()),
-            J_base=freeze(data.J.copy()),
+            # of one joint pinocchio makes a row of it
+            J_base=freeze(data.J.copy().reshape(6, self.n)),
             supports=self.supports,
             tool_support=self.tool_support,
         )
@@ -136,7 +154,7 @@ def load_urdf(urdf: Path, choice: Choice = AS_IT_IS) -> Robot:
 
     Tool frame: the last link of the longest chain. Home: the middle of each joint's limits,
     those of turning joints first narrowed to half a turn either way. Acceleration limits:
-    `ACCELERATION` and `SLIDING`. Body links: every link with a shape. Skin: none.
+    `ACCELERATION` and `SLIDING`. Body links: every link with a shape. Skin: the chosen one only.
     """
     root = read_urdf(urdf)
     name = root.get("name") or urdf.stem
@@ -152,39 +170,34 @@ def _assemble(
     name: str = "",
 ) -> Robot:
     folder = where.parent
+    name = table.name if table else name
     flange = table.tool_frame if table else last_link(root)
+    bodies_from = choice.bodies or (table.bodies if table else "collision")
+    bare = describe(to_text(root), urdf, bodies_from)
     tool, tool_frame = _mounted(root, table, folder, flange, choice.tool)
+    layout = _layout(table, folder, choice.skin, name)
+    worn = mount_covers(root, read_layout(layout), layout, bare.body) if layout else {}
     xml = to_text(root)
-    description = describe(xml, urdf, choice.bodies)
+    description = describe(xml, urdf, bodies_from)
     model = build_model(xml, urdf)
-    links = tuple(table.links) if table and table.links else description.body_links
-    if tool and tool not in links:
-        links += (tool,)
+    links = _body_links(table, bare, tool, worn)
     if not links:
         raise RobotError(f"{urdf}: no link has a shape, so nothing can be kept clear of the arm")
-    if table:
-        check_joint_values(table.acceleration_limit, "acceleration_limit", model, where)
-        qdd_max = np.array(table.acceleration_limit)
-    else:
-        qdd_max = np.where(slides(model), SLIDING, ACCELERATION)
-    if choice.home_deg or table:
-        values = list(choice.home_deg) or (table.home_deg if table else [])
-        check_joint_values(values, "home_deg", model, where)
-        home = from_table(values, model)
-    else:
-        home = _middle(model)
-    check_home(home, model, where)
+    qdd_max = _accelerations(table, model, where)
+    home = _home(table, choice, model, where)
     bodies = tuple(description.body(link) for link in links)
     frames = tuple(frame_index(model, link, where) for link in links)
     tip = frame_index(model, tool_frame, where)
     return Robot(
-        name=table.name if table else name,
+        name=name,
         title=table.title if table else name,
         folder=folder,
         links=links,
         joints=joint_names(model),
         tool_frame=tool_frame,
         skin=table.skin if table else None,
+        layout=layout,
+        covers=tuple(worn),
         home=freeze(home),
         q_min=freeze(model.lowerPositionLimit.copy()),
         q_max=freeze(model.upperPositionLimit.copy()),
@@ -196,12 +209,50 @@ def _assemble(
         supports=freeze(np.array([support(model, f) for f in frames])),
         tool_support=freeze(support(model, tip)),
         welded=freeze(welded(model, frames)),
+        T_joint_link=freeze(in_joint(model, frames)),
         _model=model,
         _frames=frames,
         _tool=tip,
         _data=model.createData(),
         eps=freeze(_thresholds(table, links, where)),
     )
+
+
+def _accelerations(table: RobotTable | None, model: Any, where: Path) -> Array:
+    """(n,) limits of the joints' accelerations."""
+    if table is None:
+        return np.where(slides(model), SLIDING, ACCELERATION)
+    check_joint_values(table.acceleration_limit, "acceleration_limit", model, where)
+    return np.array(table.acceleration_limit)
+
+
+def _home(table: RobotTable | None, choice: Choice, model: Any, where: Path) -> Array:
+    """(n,) the posture to begin in."""
+    home = _middle(model)
+    if choice.home_deg or table:
+        values = list(choice.home_deg) or (table.home_deg if table else [])
+        check_joint_values(values, "home_deg", model, where)
+        home = from_table(values, model)
+    check_home(home, model, where)
+    return home
+
+
+def _layout(table: RobotTable | None, folder: Path, wanted: str, name: str) -> Path | None:
+    """The file of the wanted layout, else of the robot's own; None without one."""
+    own = table.skin if table else None
+    if not wanted and own and (folder / own).is_file():
+        return folder / own  # whatever lies where a person stands
+    wanted = wanted or own or NONE
+    return None if wanted == NONE else find_layout(wanted, folder, name)
+
+
+def _body_links(
+    table: RobotTable | None, bare: Description, tool: str, worn: Mapping[str, str]
+) -> tuple[str, ...]:
+    """The robot's own, each followed by the covers that it wears; the tool is the last."""
+    own = tuple(table.links) if table and table.links else bare.body_links
+    links = [body for link in own for body in (link, *(c for c in worn if worn[c] == link))]
+    return (*links, tool) if tool and tool not in links else tuple(links)
 
 
 def _mounted(
@@ -228,11 +279,13 @@ def _mounted(
 
 
 def _thresholds(table: RobotTable | None, links: tuple[str, ...], where: Path) -> Array:
+    """(L, 2) thresholds of single links; those of covers count where they are worn."""
+    known = {*links, *map(cover_name, links)}
     columns = []
     for key in ("eps_m", "eps_edge_m"):
         eps: dict[str, float] = getattr(table, key, None) or {}
         for name in eps:
-            if name not in links:
+            if name not in known:
                 raise RobotError(f"{where}: {key}: no body link {name!r}; {options(name, links)}")
         columns.append([eps.get(link, np.nan) for link in links])
     return np.array(columns).T.copy()

@@ -18,7 +18,7 @@ Slots: zones of sensor k are rows first[k] to first[k + 1] of every array over t
 from dataclasses import dataclass
 from math import cos, radians, sin
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from msgspec import Meta
@@ -26,18 +26,24 @@ from numpy.typing import NDArray
 
 from app.errors import RobotError, options
 from app.messages import Array, freeze
-from app.robot.model import Robot
 from app.robot.ranges import RangeTable
 from app.robot.sensor_type import DEFAULT, SensorType, load_sensor_type
+from app.robot.tables import CoverTable
 from app.robot.traits import TRUSTED, Traits, traits_of
-from app.toml import Table, read_toml
+from app.toml import Positive, Table, Vector, read_toml
 
-Vector = tuple[float, float, float]
-Positive = Annotated[float, Meta(gt=0)]
+if TYPE_CHECKING:  # a robot is loaded with the covers of a layout, which needs these tables
+    from app.robot.model import Robot
 
 
 class Mounting(Table, frozen=True):
-    """What rings and single sensors have in common; an empty type is the layout's."""
+    """What rings and single sensors have in common.
+
+    link:         body link that carries them; all places and directions are in its frame.
+    type:         sensor type, a name or a file beside the layout; empty: the layout's.
+    rotation_deg: how far the sensor is turned clockwise in its mounting, as seen from it.
+    mirrored:     does the sensor report its columns from the right, as many example programs do?
+    """
 
     link: str
     type: str = ""
@@ -46,48 +52,53 @@ class Mounting(Table, frozen=True):
 
 
 class RingTable(Mounting, frozen=True, kw_only=True):
-    """`[[ring]]`: sensors evenly around an axis, looking outwards."""
+    """`[[ring]]`: sensors evenly around an axis, looking outwards.
+
+    name:     the ring's; its sensors are NAME-01, NAME-02, ...
+    centre_m: a point on the axis, in the plane of the lenses.
+    axis:     direction of the axis; the sensors are counted round it as the fingers of a right
+              hand go whose thumb points along it. The upper edges of their images look along it.
+    start:    direction from the centre to the first sensor; only what is across the axis counts.
+    radius_m: from the axis to the lenses.
+    count:    how many sensors there are.
+    tilt_deg: how far they look towards the axis' direction, instead of straight outwards.
+    cover:    does the layout's `[cover]` go round this ring?
+    """
 
     name: str
     centre_m: Vector
     axis: Vector
-    start: Vector  # direction from the centre to the first sensor
+    start: Vector
     radius_m: Positive
     count: Annotated[int, Meta(ge=1, le=100)]
-    tilt_deg: Annotated[float, Meta(gt=-90, lt=90)] = 0.0  # towards the axis' direction
+    tilt_deg: Annotated[float, Meta(gt=-90, lt=90)] = 0.0
+    cover: bool = True
 
 
 class SensorTable(Mounting, frozen=True, kw_only=True):
-    """`[[sensor]]`: one sensor anywhere."""
+    """`[[sensor]]`: one sensor anywhere.
+
+    name:       the sensor's.
+    position_m: its lens.
+    direction:  where it looks: its optical axis.
+    up:         direction of its image's upper edge; need not be exactly across.
+    """
 
     name: str
     position_m: Vector
-    direction: Vector  # optical axis
-    up: Vector  # direction of the image's upper edge, need not be exactly orthogonal
-
-
-class CoverTable(Table, frozen=True, kw_only=True):
-    """`[cover]`: the printed cover round each ring, for the script that models it.
-
-    inner_radius_m:    of its bore, the tube's radius and some play.
-    foot_radius_m, foot_half_width_m: of its slope's end on the tube.
-    land_half_width_m: of its flat rim, in which the windows are.
-    rim_m:             how far the rim stands out beyond the lenses.
-    floor_m:           how far a window's floor lies below its lens.
-    window_half_m:     half sizes of that floor, round the tube and along it.
-    """
-
-    inner_radius_m: Positive
-    foot_radius_m: Positive
-    foot_half_width_m: Positive
-    land_half_width_m: Positive
-    rim_m: Positive
-    floor_m: Positive
-    window_half_m: tuple[Positive, Positive]
+    direction: Vector
+    up: Vector
 
 
 class SkinTable(Table, frozen=True):
-    """A layout file; `type` is that of all sensors that name none of their own."""
+    """A layout: where the sensors of a robot sit.
+
+    title:  what the page calls it.
+    type:   sensor type of all that name none of their own.
+    ring:   `[[ring]]` tables.
+    sensor: `[[sensor]]` tables.
+    cover:  the `[cover]` round each ring; none where left out.
+    """
 
     title: str
     type: str = DEFAULT
@@ -155,7 +166,7 @@ class Skin:
     def noise(self, reported: Array) -> Array:
         """(S,) standard deviation [m] of reported distances (S,) [m]."""
         floor, share = self.traits.noise[self.sensor_of].T
-        return np.maximum(floor, share * np.abs(reported))
+        return np.asarray(np.maximum(floor, share * np.abs(reported)))
 
     def zones(self, k: int) -> slice:
         """The slots of sensor k."""
@@ -210,7 +221,7 @@ def zone_rays(sensor: Sensor) -> Array:
     return zone_directions(sensor, rows.ravel(), columns.ravel()).reshape(kind.zones, f * f, 3)
 
 
-def load_skin(path: Path, robot: Robot) -> Skin:
+def load_skin(path: Path, robot: "Robot") -> Skin:
     """Read a layout for `robot`; raises `RobotError` naming file, entry, key and remedy."""
     table = read_toml(path, SkinTable, RobotError)
     entries = [*table.ring, *table.sensor]
@@ -238,7 +249,7 @@ def load_skin(path: Path, robot: Robot) -> Skin:
     return build_skin(table.title, tuple(sensors), robot)
 
 
-def build_skin(title: str, sensors: tuple[Sensor, ...], robot: Robot) -> Skin:
+def build_skin(title: str, sensors: tuple[Sensor, ...], robot: "Robot") -> Skin:
     """Lay the zones of `sensors` out in slots."""
     count = [s.type.zones for s in sensors]
     first = np.append(0, np.cumsum(count)).astype(np.int64)
@@ -287,10 +298,15 @@ def _type_of(name: str, path: Path) -> SensorType:
         raise RobotError(f"{path}: type = {name!r}: {e}") from e
 
 
-def _ring(t: RingTable, kind: SensorType, where: str) -> list[Sensor]:
+def ring_axes(t: RingTable, where: str) -> tuple[Array, Array, Array]:
+    """Unit vectors (3,) of a ring: along its axis, to its first sensor, and across both."""
     axis = _unit(t.axis, where, "axis")
     radial = _across(t.start, axis, where, "start")
-    side = np.cross(axis, radial)
+    return axis, radial, np.cross(axis, radial)
+
+
+def _ring(t: RingTable, kind: SensorType, where: str) -> list[Sensor]:
+    axis, radial, side = ring_axes(t, where)
     tilt = radians(t.tilt_deg)
     sensors = []
     for i in range(t.count):
@@ -321,7 +337,7 @@ def _unit(v: Vector, where: str, key: str) -> Array:
     length = np.linalg.norm(a)
     if not np.isfinite(length) or length < 1e-9:
         raise RobotError(f"{where}: {key} = {list(v)} has no direction; give a non-zero vector")
-    return a / length
+    return np.asarray(a / length)
 
 
 def _across(v: Vector, axis: Array, where: str, key: str) -> Array:

@@ -1,14 +1,14 @@
-"""What may stand in `robot.toml` and in a tool's file, and what a person may choose beside."""
+"""What may stand in `robot.toml`, in a tool's file and in `[cover]`, and what a person may choose.
+
+The docstrings tell every key as `key: text`; `robots/README.md` is made from them.
+"""
 
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Literal
 
-from msgspec import Meta
-
-from app.toml import Table
+from app.toml import Name, NotNegative, Positive, Table, Vector
 
 Bodies = Literal["collision", "visual"]
-Vector = tuple[float, float, float]
 
 
 class ToolTable(Table, frozen=True, kw_only=True):
@@ -18,48 +18,83 @@ class ToolTable(Table, frozen=True, kw_only=True):
     body:             mesh that distances are measured to, beside the TOML file; closed, metres,
                       in the frame that it is bolted to (robot.toml's `tool_frame`).
     visual:           mesh that is shown; default: `body`.
-    mass_kg, centre_of_mass_m: of the tool; its inertia is that of the evenly filled body.
-    position_m, rpy_deg: the tool frame, seen from the frame that the tool is bolted to.
+    mass_kg:          of the tool; its inertia is that of the evenly filled body.
+    centre_of_mass_m: in the frame that it is bolted to.
+    position_m:       the tool frame, seen from the frame that the tool is bolted to.
+    rpy_deg:          its turn about the fixed x, y and z axes.
     """
 
-    name: Annotated[str, Meta(min_length=1)]
+    name: Name
     body: str
     visual: str | None = None
-    mass_kg: Annotated[float, Meta(gt=0)]
+    mass_kg: Positive
     centre_of_mass_m: Vector
     position_m: Vector
     rpy_deg: Vector = (0.0, 0.0, 0.0)
 
 
-class RobotTable(Table, frozen=True):
-    """`robot.toml`.
+class CoverTable(Table, frozen=True, kw_only=True):
+    """`[cover]` of a layout: a printed cover goes round each of its rings, with a window over every
+    sensor. Its meshes are made when the layout is loaded; an empty `[cover]` will do.
 
-    name, title:        what it is called in messages, and on the page.
+    inner_radius_m:    of its bore; default: the link's radius there, found from its mesh, and half
+                       a millimetre of play.
+    foot_radius_m:     of its slope's end on the link; default: 2.3 mm more than the bore.
+    foot_half_width_m: half of its width on the link.
+    land_half_width_m: half of the width of its flat rim, in which the windows are.
+    rim_m:             how far the rim stands out beyond the lenses.
+    floor_m:           how far a window's floor lies below its lens.
+    window_half_m:     half sizes of that floor, round the link and along it.
+    body:              a modelled mesh of all covers instead, beside the layout; closed, metres, in
+                       the frame of the one link that wears them.
+    visual:            mesh that is shown beside `body`; default: `body`.
+    """
+
+    inner_radius_m: Positive | None = None
+    foot_radius_m: Positive | None = None
+    foot_half_width_m: Positive = 0.023
+    land_half_width_m: Positive = 0.012
+    rim_m: Positive = 0.002
+    floor_m: Positive = 0.001
+    window_half_m: tuple[Positive, Positive] = (0.005, 0.004)
+    body: str | None = None
+    visual: str | None = None
+
+
+class RobotTable(Table, frozen=True):
+    """`robot.toml`: what a URDF cannot tell.
+
+    name:               what the robot is called in messages.
+    title:              what it is called on the page.
     urdf:               the description, beside `robot.toml`.
     tool_frame:         the URDF's link whose pose the goal is for; a tool is bolted to it.
     home_deg:           posture to begin in, one value a joint: degrees, mm for a sliding joint.
     acceleration_limit: of each joint [rad/s^2] or [m/s^2].
-    skin:               layout used when none is asked for, a path beside `robot.toml`.
+    skin:               layout used when none is asked for: a path beside `robot.toml`, or a name in
+                        `skin/`; default: none.
     links:              body links, which distances are measured to; default: every link that
-                        has a shape.
-    tool:               what is bolted on when nothing else is asked for: a `[tool]` table (see
-                        `ToolTable`), the path of a file with one, or a name in `tools/`;
-                        default: none.
-    eps_m, eps_edge_m:  the self filter's thresholds of single links [m], from calibration: for
-                        zones that see only the link, and for zones across its edge.
+                        has a shape. The covers of a layout are none of its business.
+    bodies:             meshes of the URDF that distances are measured to; collision meshes are
+                        often hulls, which swallow what is mounted on the link.
+    tool:               what is bolted on when nothing else is asked for: a `[tool]` table, the path
+                        of a file with one, or a name in `tools/`; default: none.
+    eps_m:              the self filter's thresholds of single links [m], from calibration, for
+                        zones that see only the link.
+    eps_edge_m:         the same for zones across a link's edge.
     """
 
-    name: Annotated[str, Meta(min_length=1)]
+    name: Name
     title: str
     urdf: str
     tool_frame: str
     home_deg: list[float]
-    acceleration_limit: list[Annotated[float, Meta(gt=0)]]
+    acceleration_limit: list[Positive]
     skin: str | None = None
     links: list[str] | None = None
+    bodies: Bodies = "collision"
     tool: ToolTable | str | None = None
-    eps_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
-    eps_edge_m: dict[str, Annotated[float, Meta(ge=0)]] | None = None
+    eps_m: dict[str, NotNegative] | None = None
+    eps_edge_m: dict[str, NotNegative] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +104,14 @@ class Choice:
     tool:     a tool's name or TOML file, a link of the URDF as tool frame, "none", or "" for
               the robot's own.
     home_deg: posture to begin in, degrees (mm for a sliding joint); empty: the robot's own.
-    bodies:   which meshes of the URDF distances are measured to.
+    bodies:   which meshes of the URDF distances are measured to; None: the robot's own.
+    skin:     the layout whose covers are worn: its name or path, "none", or "" for the robot's own.
     """
 
     tool: str = ""
     home_deg: tuple[float, ...] = ()
-    bodies: Bodies = "collision"
+    bodies: Bodies | None = None
+    skin: str = ""
 
 
 AS_IT_IS = Choice()

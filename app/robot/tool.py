@@ -2,15 +2,14 @@
 
 from math import radians
 from pathlib import Path
-from typing import Any
-from xml.etree.ElementTree import Element, SubElement
+from xml.etree.ElementTree import Element
 
 import numpy as np
-import trimesh
 
 from app.errors import RobotError
+from app.robot.bolted import bolt, read_solid
 from app.robot.tables import ToolTable
-from app.robot.urdf import add_link, numbers
+from app.robot.urdf import add_link
 from app.toml import read_toml
 
 
@@ -32,28 +31,12 @@ def tool_names(folder: Path) -> list[str]:
 
 def mount(root: Element, tool: ToolTable, folder: Path, flange: str) -> str:
     """Add the tool to a URDF, its mesh files beside `folder`; returns the name of its tip."""
-    inertial, visual, collision = Element("inertial"), Element("visual"), Element("collision")
-    SubElement(inertial, "origin", xyz=numbers(np.array(tool.centre_of_mass_m)), rpy="0 0 0")
-    SubElement(inertial, "mass", value=repr(tool.mass_kg))
-    tensor = _inertia(folder / tool.body, tool.mass_kg)
-    upper = {f"i{'xyz'[i]}{'xyz'[j]}": tensor[i, j] for i in range(3) for j in range(i, 3)}
-    SubElement(inertial, "inertia", {key: repr(float(value)) for key, value in upper.items()})
-    for element, file in ((visual, tool.visual or tool.body), (collision, tool.body)):
-        geometry = SubElement(element, "geometry")
-        SubElement(geometry, "mesh", filename=str((folder / file).resolve()))
-    here = (np.zeros(3), np.zeros(3))
-    add_link(root, tool.name, flange, here, (inertial, visual, collision))
+    body, visual = folder / tool.body, folder / (tool.visual or tool.body)
+    solid = read_solid(body, "the tool's mesh")
+    tensor = np.asarray(solid.moment_inertia) * (tool.mass_kg / solid.volume)
+    centre = np.array(tool.centre_of_mass_m)
+    bolt(root, tool.name, flange, body, visual, tool.mass_kg, centre, tensor)
     tip = f"{tool.name}_tip"
     turn = np.array([radians(v) for v in tool.rpy_deg])
     add_link(root, tip, tool.name, (np.array(tool.position_m), turn))
     return tip
-
-
-def _inertia(file: Path, mass: float) -> np.ndarray:
-    """(3, 3) [kg m^2] about the centre of the evenly filled mesh."""
-    if not file.is_file():
-        raise RobotError(f"{file}: the tool's mesh is missing; put the file there or mend `body`")
-    mesh: Any = trimesh.load(file, force="mesh")
-    if not mesh.is_volume:
-        raise RobotError(f"{file}: the tool's body is not closed; export it as one solid")
-    return np.asarray(mesh.moment_inertia) * (mass / mesh.volume)

@@ -78,7 +78,7 @@ def add_link(
 ) -> None:
     """A link fixed to `parent` at (position (3,) [m], rpy (3,) [rad]); `inside` is its content."""
     if name in link_names(root):
-        raise RobotError(f"the robot has a link {name!r} already; give the tool another name")
+        raise RobotError(f"the robot has a link {name!r} already; give the new part another name")
     SubElement(root, "link", name=name).extend(inside)
     joint = SubElement(root, "joint", name=f"{parent}-{name}", type="fixed")
     SubElement(joint, "parent", link=parent)

@@ -34,7 +34,7 @@ def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Rec
     clock = clock_for(setup)
     engine = build_engine(setup, clock, params)
     judge = Judge(engine)
-    judge.record.began = clock.now()
+    judge.record.began, judge.record.warnings = clock.now(), engine.warnings
     last = step_until(engine, judge.record.began + seconds, judge.update)
     return judge.record, last
 
@@ -61,6 +61,7 @@ def summary(setup: Setup, seconds: float, params: Params | None = None) -> Repor
         "reasons": dict(record.reasons),
         "advice": dict(record.advice),
         "stops": record.stops,
+        "warnings": list(record.warnings),
     }
     checks = [
         Check("excess over a joint velocity limit", record.overspeed, "rad/s", 0.0),

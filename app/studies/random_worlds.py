@@ -207,7 +207,7 @@ class _Watch:
         passed = b.snapshot.stamp - s.stamp
         opening[self._moving] = (b.true - a.true) / passed
         coming = np.nan_to_num(J @ s.joints.qd - opening[body.link], nan=0.0, posinf=0.0)
-        return free_direction(robot, posture, body, coming, s.params.speed)
+        return free_direction(robot, posture, body, coming, s.params.joint_speed)
 
 
 def random_world(robot: Robot, truth: TrueDistance, rng: np.random.Generator) -> World:

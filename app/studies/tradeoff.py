@@ -7,7 +7,7 @@ its retreat at the same distance. The QP has memory and several pairs a link, as
 be run; the paper's controller is shown without, as published, and with memory.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -46,8 +46,7 @@ class Point:
 
     def params(self) -> Params:
         """The settings that keep `kept` [m]."""
-        keeping = kind_of(self.mode).keeping(self.kept)
-        return replace(Params(), mode=self.mode, memory=self.memory, **keeping)
+        return Params(mode=self.mode, memory=self.memory, distance_kept=self.kept)
 
 
 def tradeoff(

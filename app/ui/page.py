@@ -12,6 +12,7 @@ from app.ui.engine import Engine
 from app.ui.gate import Gate
 from app.ui.panels.arm_panel import ArmPanel
 from app.ui.panels.background_panel import BackgroundPanel
+from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
@@ -112,6 +113,7 @@ class Page:
         gui.main_panel.set_width(400)
         self.arm = ArmPanel(server, engine, clock)
         self.control = ControlPanel(server, engine, clock)
+        self.blind = show_blind(server, engine)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)

@@ -81,10 +81,11 @@ class World:
         """
         where = f"new body {name!r}" if name else "new body"
         made = make_shape(shape, asset_folder("static_assets"), where)
+        place = np.array(position, dtype=np.float64)
+        if place.shape != (3,) or not np.isfinite(place).all():
+            raise WorldError(f"{where}: position = {position!r}; give 3 finite numbers")
         T = np.eye(4)
-        T[:3, 3] = place = np.array(position, dtype=np.float64)
-        if not np.isfinite(place).all():
-            raise WorldError(f"{where} cannot go to {list(position)}; give 3 finite numbers")
+        T[:3, 3] = place
         unique = name if name and name not in self._bodies else self._numbered(name or made.kind)
         self._put(Body(unique, made, PALETTE[self._added % len(PALETTE)], Still(freeze(T))))
         self._added += 1

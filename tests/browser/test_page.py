@@ -66,7 +66,7 @@ def test_links_and_clouds_move_with_the_arm(live: Live, window: Window) -> None:
 
 def test_dragging_the_goal_with_the_mouse_moves_the_arm(live: Live, window: Window) -> None:
     # nothing here is in the way, and no stray point shall keep the tool from its goal
-    live.engine.post(SetParams({"d_s": 0.05}))
+    live.engine.post(SetParams({"distance_kept": 0.05}))
     home = live.goal.T_base_tool
     origin, axis = home[:3, 3], home[:3, 2]  # the tool's axis points down
     drag(window, spot(live.page, origin + 0.24 * axis), spot(live.page, origin + 0.08 * axis))
@@ -127,7 +127,7 @@ def test_a_deleted_obstacle_leaves_the_scene(live: Live, window: Window) -> None
 
 
 def test_the_stop_button_stops_the_arm(live: Live, window: Window) -> None:
-    live.engine.post(SetParams({"v_max": 0.05}))  # time enough to press the button on the way
+    live.engine.post(SetParams({"goal_speed": 0.05}))  # time enough to press the button on the way
     live.engine.post(lifted(live, 0.3))
     until(window, lambda: np.abs(live.now.joints.qd).max() > 0.02, "the arm moves")
     window.get_by_role("button", name="Stop", exact=True).click()
@@ -163,7 +163,7 @@ def test_a_second_window_sees_the_same(live: Live, window: Window, browser: Brow
         field = window.get_by_role("textbox").filter(visible=True).first
         field.fill("300")
         field.press("Enter")
-        until(window, lambda: live.now.params.d_s == 0.3, "the setting has arrived")
+        until(window, lambda: live.now.params.distance_kept == 0.3, "the setting has arrived")
         twin = other.get_by_role("textbox").filter(visible=True).first
         until(other, lambda: twin.input_value() == "300", "the other window shows it")
     finally:

@@ -16,6 +16,7 @@ from app.bench.peers.mink import mink_step
 from app.bench.peers.neo import neo_step
 from app.bench.peers.roboplan import roboplan_step
 from app.config import Params
+from app.control.bounds.pairs import gamma
 from app.robot.model import Robot
 
 Step = Callable[[Any], bool]  # was there an answer?
@@ -52,7 +53,7 @@ def _pink(robot: Robot, k: int) -> Step:
             return self.J
 
     model = robot._model
-    keep = Given(k, gain=params.xi / (params.d_inf - params.d_s))
+    keep = Given(k, gain=gamma(params))
     task = tasks.FrameTask(robot.tool_frame, position_cost=1.0, orientation_cost=0.5)
     bounds = (limits.ConfigurationLimit(model), limits.VelocityLimit(model))
     configuration = pink.Configuration(model, model.createData(), robot.home.copy())
@@ -60,7 +61,7 @@ def _pink(robot: Robot, k: int) -> Step:
 
     def step(c: Any) -> bool:
         configuration.update(np.array(c.posture.q))
-        keep.h = c.pairs.distance - params.d_s
+        keep.h = c.pairs.distance - params.distance_kept
         keep.J = c.posture.distance_rows(c.pairs.link, c.pairs.on_robot, c.pairs.normal)
         target.translation = c.goal.T_base_tool[:3, 3]
         target.rotation = c.goal.T_base_tool[:3, :3]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from app.config import Params
+from app.control.bounds.pairs import gamma
 from app.robot.model import Robot
 
 DT = 0.004
@@ -18,7 +19,7 @@ def mink_step(robot: Robot, k: int) -> Callable[[Any], bool]:
     """One step: a posture, a goal and the pairs of a case to a joint velocity."""
     mink, limits, mujoco = (import_module(m) for m in ("mink", "mink.limits", "mujoco"))
     params = Params()
-    gain = params.xi / (params.d_inf - params.d_s)
+    gain = gamma(params)
 
     class Given(limits.Limit):  # type: ignore[name-defined]
         """-J dq <= gain (d - d_s) dt of the pairs that the step was given."""
@@ -38,7 +39,7 @@ def mink_step(robot: Robot, k: int) -> Callable[[Any], bool]:
 
     def step(c: Any) -> bool:
         configuration.update(np.array(c.posture.q))
-        keep.h = c.pairs.distance - params.d_s
+        keep.h = c.pairs.distance - params.distance_kept
         keep.J = c.posture.distance_rows(c.pairs.link, c.pairs.on_robot, c.pairs.normal)
         task.set_target(mink.SE3.from_matrix(c.goal.T_base_tool))
         with suppress(mink.NoSolutionFound):  # it has no slack

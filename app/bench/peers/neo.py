@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from app.config import Params
+from app.control.bounds.pairs import gamma
 from app.control.goals import goal_error, goal_twist
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.robot.model import Robot
@@ -31,13 +32,13 @@ def neo_step(robot: Robot, k: int) -> Callable[[Any], bool]:
     def step(c: Any) -> bool:
         J, q = c.posture.tool_jacobian(), c.posture.q
         T, goal = c.posture.T_base_tool, c.goal.T_base_tool
-        t = goal_twist(T, goal, params.lambda_p, params.lambda_o, params.v_max, params.w_max)
+        t = goal_twist(T, goal, params.goal_speed, params.goal_turning)
         e = max(sum(goal_error(T, goal)), 1e-3)
         Q = np.diag(np.concatenate((np.full(n, LAMBDA_Q), np.full(6, 1.0 / e))))
         g = np.concatenate((-manipulability_gradient(c.posture, manipulability(J)), np.zeros(6)))
         rows = c.posture.distance_rows(c.pairs.link, c.pairs.on_robot, c.pairs.normal)
-        near = c.pairs.distance < params.d_inf
-        free = params.xi * (c.pairs.distance - params.d_s) / (params.d_inf - params.d_s)
+        near = c.pairs.distance < params.avoidance_begins
+        free = gamma(params) * (c.pairs.distance - params.distance_kept)
         room = np.concatenate((robot.q_max - q, q - robot.q_min))
         close = room < NEAR_JOINT
         ends = np.concatenate((np.eye(n), -np.eye(n)))[close]

@@ -13,6 +13,7 @@ import numpy as np
 
 from app.bench.peers.mink import bare_urdf
 from app.config import Params
+from app.control.bounds.pairs import gamma
 from app.robot.model import Robot
 
 DT, RADIUS = 0.004, 1e-3  # [s], [m]
@@ -36,8 +37,10 @@ def roboplan_step(robot: Robot, k: int) -> Callable[[Any], bool]:
     target.base_frame, target.tip_frame, target.tform = robot.links[0], robot.tool_frame, here
     task = ik.FrameTask(oink, scene, target, ik.FrameTaskOptions(orientation_cost=0.5))
     limits = [ik.PositionLimit(oink), ik.VelocityLimit(oink, DT, robot.qd_max)]
-    gain = params.xi / (params.d_inf - params.d_s)
-    options = ik.SelfCollisionBarrierOptions(n_collision_pairs=k, gain=gain, d_min=params.d_s)
+    gain = gamma(params)
+    options = ik.SelfCollisionBarrierOptions(
+        n_collision_pairs=k, gain=gain, d_min=params.distance_kept
+    )
     barrier = ik.SelfCollisionBarrier(oink, scene, DT, options)
     out = np.zeros(robot.n)
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.control.bounds.gap_rows import append_gaps
-from app.control.bounds.rows import Motion, Rows, motion
+from app.control.bounds.rows import Motion, Sheet, motion
 from app.control.cell_gaps import Parts, cell_within
 from app.control.clearance import Clearance
 from app.control.controller import Situation
@@ -21,16 +21,16 @@ class CellBounds:
     def __init__(self, clearance: Clearance) -> None:
         self._clearance = clearance
 
-    def append(self, now: Situation, step: Step, rows: Rows) -> None:
+    def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append the nearest."""
         c, moves = self._clearance, motion(now.posture)
-        _append(c.pieces, c.cell_cases, c.parts, now.params.v_esc, moves, step, rows)
+        _append(c.pieces, c.cell_cases, c.parts, now.params.retreat_speed, moves, step, sheet)
 
 
 @compiled
 def _append(
     pieces: Pieces, cases: NDArray[np.int64], parts: Parts, v_esc: float, moves: Motion,
-    step: Step, out: Rows,
+    step: Step, sheet: Sheet,
 ) -> None:  # fmt: skip
     gaps = cell_within(moves.T_base_link, pieces, cases, parts, WITHIN)
-    append_gaps(gaps, v_esc, moves, step, out)
+    append_gaps(gaps, v_esc, moves, step, sheet)

@@ -13,7 +13,7 @@ import numpy as np
 
 from app.compiled import compiled
 from app.control.bounds.pairs import SHARE
-from app.control.bounds.rows import Motion, Rows, add_rate, authority, bites, ease
+from app.control.bounds.rows import Motion, Sheet, add_rate, authority, bites, ease, put
 from app.control.gaps import KEPT, Gaps
 from app.control.limits import Step
 
@@ -27,29 +27,29 @@ COST = (500.0, 1000.0)  # of slack: above all of the world's (specification, sec
 
 
 @compiled
-def append_gaps(gaps: Gaps, v_esc: float, moves: Motion, step: Step, out: Rows) -> None:
+def append_gaps(gaps: Gaps, v_esc: float, moves: Motion, step: Step, sheet: Sheet) -> None:
     """Append the bounds of the nearest `MOST` gaps that bite."""
-    first = out.filled[0]
+    first = sheet.filled[0]
     if len(gaps.distance) == 0:
         return
     for k in np.argsort(gaps.distance, kind="mergesort"):
-        if out.filled[0] == first + MOST:
+        if sheet.filled[0] == first + MOST:
             return
-        _append_gap(gaps, k, v_esc, moves, step, out)
+        _append_gap(gaps, k, v_esc, moves, step, sheet)
 
 
 @compiled
-def _append_gap(gaps: Gaps, k: int, v_esc: float, moves: Motion, step: Step, out: Rows) -> None:
+def _append_gap(gaps: Gaps, k: int, v_esc: float, moves: Motion, step: Step, sheet: Sheet) -> None:
     """Append the bound of gap k if it bites."""
-    m, b, where = out.filled[0], gaps.who[k, 2], gaps.where[k]
-    J, d, lever = out.jacobian[m], gaps.distance[k] - KEPT, 0.0
+    b, where = gaps.who[k, 2], gaps.where[k]
+    J, d, lever = sheet.jacobian[sheet.filled[0]], gaps.distance[k] - KEPT, 0.0
     J[:] = 0.0
     add_rate(gaps.who[k, 1], where[0], where[2], 1.0, moves, J)
     if b >= 0:
         add_rate(b, where[1], where[2], -1.0, moves, J)
     for j in range(len(J)):
         lever += abs(J[j])
-    speed, brake = authority(J, step)
+    speed, brake = authority(J, step.qd_max, step.qdd_max)
     free = GAIN * d
     if free > 0.0:
         free = min(free, np.sqrt(2.0 * SPARE * brake * d))
@@ -59,10 +59,6 @@ def _append_gap(gaps: Gaps, k: int, v_esc: float, moves: Motion, step: Step, out
             return
         able = lever / LEVER - 1.0
         low = able * low - (1.0 - able) * speed
-    if not bites(J, low, step):
+    if not bites(J, low, step.low, step.high):
         return
-    out.low[m], out.source[m] = low, -1
-    out.linear[m], out.quadratic[m] = COST
-    out.inside[m], out.urgent[m] = d < 0.0, d < -KEPT / 2.0
-    ease(out, m, step)
-    out.filled[0] += 1
+    ease(sheet, put(sheet, low, COST, -1, d < 0.0, d < -KEPT / 2.0), step)

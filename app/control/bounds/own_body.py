@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.control.bounds.gap_rows import append_gaps
-from app.control.bounds.rows import Motion, Rows, motion
+from app.control.bounds.rows import Motion, Sheet, motion
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.gaps import Pieces
@@ -21,14 +21,14 @@ class OwnBodyBounds:
     def __init__(self, clearance: Clearance) -> None:
         self._clearance = clearance
 
-    def append(self, now: Situation, step: Step, rows: Rows) -> None:
+    def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append the nearest."""
         c, moves = self._clearance, motion(now.posture)
-        _append(c.pieces, c.pairs, now.params.v_esc, moves, step, rows)
+        _append(c.pieces, c.pairs, now.params.retreat_speed, moves, step, sheet)
 
 
 @compiled
 def _append(
-    pieces: Pieces, pairs: NDArray[np.int64], v_esc: float, moves: Motion, step: Step, out: Rows
+    pieces: Pieces, pairs: NDArray[np.int64], v_esc: float, moves: Motion, step: Step, sheet: Sheet
 ) -> None:
-    append_gaps(links_within(moves.T_base_link, pieces, pairs, WITHIN), v_esc, moves, step, out)
+    append_gaps(links_within(moves.T_base_link, pieces, pairs, WITHIN), v_esc, moves, step, sheet)

@@ -24,13 +24,14 @@ from app.compiled import compiled
 from app.config import Params
 from app.control.bounds.rows import (
     Motion,
-    Rows,
+    Sheet,
     add_rate,
     authority,
     bites,
     ease,
     keep_tightest,
     motion,
+    put,
 )
 from app.control.controller import Situation
 from app.control.limits import Step
@@ -44,6 +45,7 @@ HARDLY = 0.15  # [m/s] reachable speed: three times what task priority takes, wh
 CLOSE = 0.12  # [m] nearer than this also such a point is led away, fully from half of it on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent: half of the way from d_s to CLOSE
 STATIC_COST, MOVING_COST = (50.0, 100.0), (100.0, 100.0)  # of slack (specification, section 4.7)
+XI = 1.0  # [m/s] approach that is free where avoidance begins: faster than a tool may go
 NOTHING = np.empty(0)
 
 
@@ -69,9 +71,9 @@ class Near(NamedTuple):
 class PairBounds:
     """The bounds of the world's pairs, the tightest of them."""
 
-    def append(self, now: Situation, step: Step, rows: Rows) -> None:
+    def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append at most `MOST`."""
-        _append(near(now.pairs), damper(now.params), motion(now.posture), step, rows)
+        _append(near(now.pairs), damper(now.params), motion(now.posture), step, sheet)
 
 
 def near(pairs: Pairs) -> Near:
@@ -80,31 +82,36 @@ def near(pairs: Pairs) -> Near:
     return Near(pairs.link, pairs.distance, w, pairs.on_robot, pairs.normal)
 
 
+def gamma(params: Params) -> float:
+    """[1/s] how the free approach speed grows with the distance beyond d_s."""
+    return XI / (params.avoidance_begins - params.distance_kept)
+
+
 def damper(params: Params) -> Damper:
     """The settings of the damper."""
-    gamma = params.xi / (params.d_inf - params.d_s)
-    return Damper(params.d_inf, params.d_s, gamma, params.v_esc)
+    return Damper(
+        params.avoidance_begins, params.distance_kept, gamma(params), params.retreat_speed
+    )
 
 
 @compiled
-def _append(pairs: Near, law: Damper, moves: Motion, step: Step, out: Rows) -> None:
-    first = out.filled[0]
+def _append(pairs: Near, law: Damper, moves: Motion, step: Step, sheet: Sheet) -> None:
+    first = sheet.filled[0]
     for i in range(len(pairs.distance)):
         if pairs.distance[i] < law.reach:
-            _append_pair(i, pairs, law, moves, step, out)
-    keep_tightest(out, first, MOST)
-    for i in range(first, out.filled[0]):
-        ease(out, i, step)
+            _append_pair(i, pairs, law, moves, step, sheet)
+    keep_tightest(sheet, first, MOST)
+    for i in range(first, sheet.filled[0]):
+        ease(sheet, i, step)
 
 
 @compiled
-def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, out: Rows) -> None:
+def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, sheet: Sheet) -> None:
     """Append the bound of pair i if it bites."""
-    m = out.filled[0]
-    J = out.jacobian[m]
+    J = sheet.jacobian[sheet.filled[0]]
     J[:] = 0.0
     add_rate(pairs.link[i], pairs.on_robot[i], pairs.normal[i], 1.0, moves, J)
-    speed, brake = authority(J, step)
+    speed, brake = authority(J, step.qd_max, step.qdd_max)
     if speed == 0.0:  # the base
         return
     w = max(pairs.approach[i], 0.0) if len(pairs.approach) else 0.0
@@ -118,13 +125,9 @@ def _append_pair(i: int, pairs: Near, law: Damper, moves: Motion, step: Step, ou
         able = max(speed - HARDLY, 0.0) / HARDLY
         able = max(able, close * min(2.0 * speed / HARDLY, 1.0))
         low = able * low - (1.0 - able) * speed
-    if not bites(J, low, step):
+    if not bites(J, low, step.low, step.high):
         return
-    out.low[m], out.source[m] = low, i
-    out.linear[m] = MOVING_COST[0] if moving else STATIC_COST[0]
-    out.quadratic[m] = MOVING_COST[1] if moving else STATIC_COST[1]
-    out.inside[m], out.urgent[m] = h < 0.0, moving or h < -DEEP
-    out.filled[0] += 1
+    put(sheet, low, MOVING_COST if moving else STATIC_COST, i, h < 0.0, moving or h < -DEEP)
 
 
 @compiled

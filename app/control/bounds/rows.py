@@ -1,8 +1,8 @@
 """The rows of a quadratic programme's bounds, and what is common to all kinds of them.
 
 A row says  J qd + s >= low , where J qd is the rate of a distance and s >= 0 the slack that it
-costs `linear` s + `quadratic` s^2 / 2 to take. A kind of bound appends its rows; it leaves out
-those that no velocity of the step ahead breaks, since they change nothing.
+costs `linear` s + `quadratic` s^2 / 2 to take. A kind of bound appends its rows to a sheet; it
+leaves out those that no velocity of the step ahead breaks, since they change nothing.
 """
 
 from typing import NamedTuple, Protocol
@@ -18,15 +18,15 @@ from app.robot.posture import Posture
 
 BRAKING = 0.5  # share of the reachable acceleration in which a demand grows, and a pair is braked
 EASE = 0.15  # [s] in which a retreat that is not urgent is taken up: two frames of a sensor
+LOW, LINEAR, QUADRATIC = 0, 1, 2  # rows of `Sheet.number`
+SOURCE, INSIDE, URGENT = 0, 1, 2  # rows of `Sheet.mark`
 
 
 class Rows(NamedTuple):
-    """A sheet of m bounds: jacobian (m, n), low (m,) [m/s], linear and quadratic cost of slack.
+    """m bounds: jacobian (m, n), low (m,) [m/s], linear and quadratic cost of slack (m,).
 
     source: (m,) row of the pairs that a bound came from, -1 for the robot itself and the cell.
-    inside: (m,) bool, what is bound is nearer than it should be.
-    urgent: (m,) bool, a retreat is demanded at once.
-    filled: (1,) how many rows are in use.
+    inside: (m,) not 0 where what is bound is nearer than it should be.
     """
 
     jacobian: Array
@@ -34,15 +34,27 @@ class Rows(NamedTuple):
     linear: Array
     quadratic: Array
     source: NDArray[np.int64]
-    inside: NDArray[np.bool_]
-    urgent: NDArray[np.bool_]
+    inside: NDArray[np.int64]
+
+
+class Sheet(NamedTuple):
+    """Rows while they are written, in few arrays: each costs a call of a kernel 0.15 us.
+
+    jacobian: (room, n).   filled: (1,) rows that are in use.
+    number:   (3, room) low, linear, quadratic.
+    mark:     (3, room) source, inside, and urgent: is a retreat demanded at once?
+    """
+
+    jacobian: Array
+    number: Array
+    mark: NDArray[np.int64]
     filled: NDArray[np.int64]
 
 
 class Bound(Protocol):
     """One kind of bounds."""
 
-    def append(self, now: Situation, step: Step, rows: Rows) -> None:
+    def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append the bounds that some velocity of the step ahead breaks."""
         ...
 
@@ -55,24 +67,39 @@ class Motion(NamedTuple):
     supports: Array
 
 
-def empty_sheet(room: int, joints: int) -> Rows:
+def empty_sheet(room: int, joints: int) -> Sheet:
     """No rows yet, and room for some."""
-    low, linear, quadratic = np.empty((3, room))
-    inside, urgent = np.empty((2, room), np.bool_)
-    return Rows(
-        np.empty((room, joints)), low, linear, quadratic, np.empty(room, np.int64), inside, urgent,
+    return Sheet(
+        np.empty((room, joints)), np.empty((3, room)), np.empty((3, room), np.int64),
         np.zeros(1, np.int64),
     )  # fmt: skip
 
 
-def used(rows: Rows) -> Rows:
+def rows_of(sheet: Sheet) -> Rows:
     """The rows that are in use."""
-    return Rows._make(column[: rows.filled[0]] for column in rows)
+    m, number, mark = sheet.filled[0], sheet.number, sheet.mark
+    return Rows(
+        sheet.jacobian[:m], number[LOW, :m], number[LINEAR, :m], number[QUADRATIC, :m],
+        mark[SOURCE, :m], mark[INSIDE, :m],
+    )  # fmt: skip
 
 
 def motion(posture: Posture) -> Motion:
     """The posture's arrays."""
     return Motion(posture.T_base_link, posture.J_base, posture.supports)
+
+
+@compiled
+def put(
+    sheet: Sheet, low: float, cost: tuple[float, float], source: int, inside: bool, urgent: bool
+) -> int:
+    """Take the next row into use, whose jacobian is written already; its number."""
+    m = sheet.filled[0]
+    sheet.number[LOW, m] = low
+    sheet.number[LINEAR, m], sheet.number[QUADRATIC, m] = cost
+    sheet.mark[SOURCE, m], sheet.mark[INSIDE, m], sheet.mark[URGENT, m] = source, inside, urgent
+    sheet.filled[0] += 1
+    return int(m)
 
 
 @compiled
@@ -93,59 +120,53 @@ def add_rate(link: int, at: Array, n: Array, sign: float, moves: Motion, J: Arra
 
 
 @compiled
-def authority(J: Array, step: Step) -> tuple[float, float]:
+def authority(J: Array, qd_max: Array, qdd_max: Array) -> tuple[float, float]:
     """Largest speed [m/s] and wise acceleration [m/s^2] along a row, all joints together."""
     speed, acceleration = 0.0, 0.0
     for j in range(len(J)):
-        speed += abs(J[j]) * step.qd_max[j]
-        acceleration += BRAKING * abs(J[j]) * step.qdd_max[j]
+        speed += abs(J[j]) * qd_max[j]
+        acceleration += BRAKING * abs(J[j]) * qdd_max[j]
     return speed, acceleration
 
 
 @compiled
-def bites(J: Array, low: float, step: Step) -> bool:
-    """Does some velocity of the step break the bound?"""
+def bites(J: Array, bound: float, low: Array, high: Array) -> bool:
+    """Does some velocity low (n,) <= qd <= high (n,) break the bound?"""
     least = 0.0
     for j in range(len(J)):
         if J[j] != 0.0:
-            least += J[j] * (step.low[j] if J[j] > 0.0 else step.high[j])
-    return least < low
+            least += J[j] * (low[j] if J[j] > 0.0 else high[j])
+    return least < bound
 
 
 @compiled
-def ease(rows: Rows, i: int, step: Step) -> None:
+def ease(sheet: Sheet, i: int, step: Step) -> None:
     """Let the demand of row i grow no faster than is wise from the rate that is in force.
 
     That is half of the reachable acceleration, as the braking towards d_s counts on; all of it
     would swing every joint for the last few mm/s. A retreat that is not urgent is eased in.
     """
-    rate, most = 0.0, 0.0
+    rate, most, low = 0.0, 0.0, sheet.number[LOW]
     for j in range(len(step.low)):
-        rate += rows.jacobian[i, j] * step.previous[j]
-        most += BRAKING * abs(rows.jacobian[i, j]) * step.qdd_max[j] * step.dt
-    rows.low[i] = min(rows.low[i], rate + most)
+        rate += sheet.jacobian[i, j] * step.previous[j]
+        most += BRAKING * abs(sheet.jacobian[i, j]) * step.qdd_max[j] * step.dt
+    low[i] = min(low[i], rate + most)
     rate = max(rate, 0.0)
-    if rows.low[i] > rate and not rows.urgent[i]:
-        rows.low[i] = rate + min(step.dt / EASE, 1.0) * (rows.low[i] - rate)
+    if low[i] > rate and sheet.mark[URGENT, i] == 0:
+        low[i] = rate + min(step.dt / EASE, 1.0) * (low[i] - rate)
 
 
 @compiled
-def keep_tightest(rows: Rows, first: int, most: int) -> None:
-    """Of the rows from `first` on, drop the loosest beyond `most`."""
-    while rows.filled[0] - first > most:
+def keep_tightest(sheet: Sheet, first: int, most: int) -> None:
+    """Of the rows from `first` on, drop the loosest beyond `most`; the others keep their order."""
+    low = sheet.number[LOW]
+    while sheet.filled[0] - first > most:
         loosest = first
-        for i in range(first, rows.filled[0]):
-            if rows.low[i] <= rows.low[loosest]:
+        for i in range(first, sheet.filled[0]):
+            if low[i] <= low[loosest]:
                 loosest = i
-        for i in range(loosest, rows.filled[0] - 1):
-            _copy(rows, i + 1, i)
-        rows.filled[0] -= 1
-
-
-@compiled
-def _copy(rows: Rows, a: int, b: int) -> None:
-    """Row a to row b."""
-    rows.jacobian[b] = rows.jacobian[a]
-    rows.low[b], rows.source[b] = rows.low[a], rows.source[a]
-    rows.linear[b], rows.quadratic[b] = rows.linear[a], rows.quadratic[a]
-    rows.inside[b], rows.urgent[b] = rows.inside[a], rows.urgent[a]
+        for i in range(loosest, sheet.filled[0] - 1):
+            sheet.jacobian[i] = sheet.jacobian[i + 1]
+            for k in range(3):
+                sheet.number[k, i], sheet.mark[k, i] = sheet.number[k, i + 1], sheet.mark[k, i + 1]
+        sheet.filled[0] -= 1

@@ -12,13 +12,14 @@ from app.compiled import compiled
 from app.control.bounds.pairs import MOST, STATIC_COST, Near, near
 from app.control.bounds.rows import (
     Motion,
-    Rows,
+    Sheet,
     add_rate,
     authority,
     bites,
     ease,
     keep_tightest,
     motion,
+    put,
 )
 from app.control.controller import Situation
 from app.control.limits import Step
@@ -29,29 +30,25 @@ from app.messages import Array
 class SeparationBounds:
     """The bounds of all pairs that are followed, near or far, the tightest of them."""
 
-    def append(self, now: Situation, step: Step, rows: Rows) -> None:
+    def append(self, now: Situation, step: Step, sheet: Sheet) -> None:
         """Append at most `MOST`."""
         most = ceiling(now.pairs, now.params)
-        _append(near(now.pairs), most, now.params.d_s, motion(now.posture), step, rows)
+        _append(near(now.pairs), most, now.params.distance_kept, motion(now.posture), step, sheet)
 
 
 @compiled
-def _append(pairs: Near, most: Array, d_s: float, moves: Motion, step: Step, out: Rows) -> None:
-    first = out.filled[0]
+def _append(pairs: Near, most: Array, d_s: float, moves: Motion, step: Step, sheet: Sheet) -> None:
+    first = sheet.filled[0]
     for i in range(len(pairs.distance)):
-        m = out.filled[0]
-        J = out.jacobian[m]
+        J = sheet.jacobian[sheet.filled[0]]
         if not pairs.distance[i] < np.inf:
             continue
         J[:] = 0.0
         add_rate(pairs.link[i], pairs.on_robot[i], pairs.normal[i], 1.0, moves, J)
-        speed, _ = authority(J, step)
-        if speed == 0.0 or not bites(J, -most[i], step):
+        speed, _ = authority(J, step.qd_max, step.qdd_max)
+        if speed == 0.0 or not bites(J, -most[i], step.low, step.high):
             continue
-        out.low[m], out.source[m] = -most[i], i
-        out.linear[m], out.quadratic[m] = STATIC_COST
-        out.inside[m], out.urgent[m] = pairs.distance[i] < d_s, False
-        out.filled[0] += 1
-    keep_tightest(out, first, MOST)
-    for i in range(first, out.filled[0]):
-        ease(out, i, step)
+        put(sheet, -most[i], STATIC_COST, i, pairs.distance[i] < d_s, False)
+    keep_tightest(sheet, first, MOST)
+    for i in range(first, sheet.filled[0]):
+        ease(sheet, i, step)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from app.config import Params
 from app.control.registry import controller
-from app.messages import Needs
+from app.needs import Needs
 
 if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a controller is made of
     from app.control.clearance import Clearance
@@ -14,8 +14,9 @@ if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a contr
 
 
 def bounds_needs(params: Params) -> Needs:
-    """Several pairs a link up to d_inf; all there are, with their ages, for the separation."""
-    return Needs("several", inf if params.separation else params.d_inf, params.separation)
+    """Several pairs a link, up to where avoidance begins; for the separation all, with ages."""
+    reach = inf if params.separation else params.avoidance_begins
+    return Needs("several", reach, params.separation)
 
 
 def separation_needs(params: Params) -> Needs:
@@ -25,12 +26,12 @@ def separation_needs(params: Params) -> Needs:
 
 def bounds_distances(params: Params) -> tuple[float, float]:
     """[m] that is kept, and from which on pairs are bounds."""
-    return params.d_s, params.d_inf
+    return params.distance_kept, params.avoidance_begins
 
 
 @controller(
     "qp", "Whole body, bounds (QP)", "every near pair as a bound of a quadratic programme",
-    needs=bounds_needs, distances=bounds_distances, keeping=lambda kept: {"d_s": kept},
+    needs=bounds_needs, distances=bounds_distances,
     knows_cell=True,
 )  # fmt: skip
 def bounds(robot: "Robot", clearance: "Clearance") -> "QpController":
@@ -42,7 +43,7 @@ def bounds(robot: "Robot", clearance: "Clearance") -> "QpController":
 
 @controller(
     "ssm", "Slow and stop only (SSM)", "slows and stops by speed and separation, gives no way",
-    needs=separation_needs, distances=lambda params: None, keeping=lambda kept: {},
+    needs=separation_needs, distances=lambda params: None,
     knows_cell=True, studies=frozenset(),
 )  # fmt: skip
 def slow_and_stop(robot: "Robot", clearance: "Clearance") -> "QpController":

@@ -3,8 +3,8 @@
 from typing import TYPE_CHECKING
 
 from app.config import Params
-from app.control.registry import controller
-from app.messages import Needs
+from app.control.registry import controller, fading_distances
+from app.needs import Needs
 
 if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a controller is made of
     from app.control.clearance import Clearance
@@ -14,12 +14,12 @@ if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a contr
 
 def mounts(params: Params) -> Needs:
     """The closest pair of every sensor's mount."""
-    return Needs("mounts", params.d_min + params.delta)
+    return Needs("mounts", fading_distances(params)[1])
 
 
 def published(params: Params) -> Needs:
     """The closest pair of every link, perceived as the paper does."""
-    return Needs("links", params.d_min + params.delta, as_published=True)
+    return Needs("links", fading_distances(params)[1], as_published=True)
 
 
 @controller(

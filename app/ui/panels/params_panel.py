@@ -1,4 +1,4 @@
-"""Every tunable as a slider or a box, from the one place where they are described.
+"""Every setting as a slider or a box, in the words of the one place where they are described.
 
 Lengths are shown in millimetres; all else as it is. What another window sets appears here;
 what is being set here is not overwritten meanwhile.
@@ -17,7 +17,7 @@ from app.ui.engine import Engine
 from app.ui.pacing import Every, HandsOff
 from app.ui.panels.assign import assign
 
-FIRST = ("d_s", "v_max", "d_min", "delta", "memory")
+FIRST = ("distance_kept", "goal_speed", "joint_speed", "memory")
 ELSEWHERE = ("mode",)  # the control panel has it
 MM = 1000.0
 PERIOD = 0.2  # [s]
@@ -25,7 +25,7 @@ Control = viser.GuiSliderHandle[float] | viser.GuiCheckboxHandle | viser.GuiDrop
 
 
 class ParamsPanel:
-    """The settings used often on top, the rest by room in closed folders."""
+    """The settings used often on top, the rest in closed folders."""
 
     def __init__(self, server: viser.ViserServer, engine: Engine, clock: Clock) -> None:
         self._gui, self._engine, self._clock = server.gui, engine, clock
@@ -36,10 +36,10 @@ class ParamsPanel:
         for name in FIRST:
             self._add(known[name])
         rest = [t for t in known.values() if t.name not in FIRST]
-        for room in dict.fromkeys(t.room for t in rest):
-            with self._gui.add_folder(f"More: {room}", expand_by_default=False):
+        for group in dict.fromkeys(t.group for t in rest):
+            with self._gui.add_folder(f"More: {group.lower()}", expand_by_default=False):
                 for t in rest:
-                    if t.room == room:
+                    if t.group == group:
                         self._add(t)
 
     def update(self, snapshot: Snapshot) -> None:
@@ -55,17 +55,17 @@ class ParamsPanel:
         self._hands[t.name] = HandsOff(self._clock)
         handle: Control
         if t.kind is bool:
-            handle = self._gui.add_checkbox(t.name, t.default, hint=t.help)
+            handle = self._gui.add_checkbox(t.label, t.default, hint=t.help)
         elif t.choices:
             handle = self._gui.add_dropdown(
-                t.name, t.choices, initial_value=t.default, hint=t.help
+                t.label, t.choices, initial_value=t.default, hint=t.help
             )  # fmt: skip
         else:
             assert t.low is not None and t.high is not None  # numbers always have a range
             low, high = shown(t.low, t.unit), shown(t.high, t.unit)
             unit = "mm" if t.unit == "m" else t.unit
             handle = self._gui.add_slider(
-                f"{t.name} [{unit}]" if unit else t.name,
+                f"{t.label} [{unit}]" if unit else t.label,
                 min=low,
                 max=high,
                 step=step(low, high),

@@ -19,6 +19,7 @@ from app.sensing.wire.raw import RawFrame
 from app.timing import WallClock
 from app.virtual.skin.emulate import SceneFrames, raw_frame
 from app.virtual.skin.pty_port import PtyPort
+from app.virtual.skin.wearer import AtRest
 from app.wiring import Setup, build_robot_and_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
@@ -77,7 +78,7 @@ def _frames(robot_name: str, scene_name: str, seed: int) -> tuple[list[RawFrame]
     world = World(scene.bodies)
     eye = SimulatedSkin(robot, skin, world, seed, latency=0.0)
     rate = max(s.type.rate_hz for s in skin.sensors)
-    seen, period = SceneFrames(eye, world, robot.posture(home)), 1.0 / (rate * skin.count)
+    seen, period = SceneFrames(eye, world, AtRest(robot, home)), 1.0 / (rate * skin.count)
     frames = [
         raw_frame(f, skin.sensors[f.sensor].type.grid, 0)
         for i in range(round(LOOP / period))

@@ -4,6 +4,7 @@ scene or recording ─► frames ─► faults of boards ─► bytes ─► fau
 """
 
 from collections.abc import Callable, Sequence
+from contextlib import closing
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -23,7 +24,8 @@ from app.sensing.wire.raw import NO_TARGET, Grid, RawFrame
 from app.timing import Clock
 from app.virtual.skin.faults import FaultyWire, parse_faults
 from app.virtual.skin.pty_port import PtyPort
-from app.wiring import Setup, build_robot, choose_skin
+from app.virtual.skin.wearer import Wearer, wearer
+from app.wiring import Setup, build_robot, choose_home, choose_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -38,7 +40,8 @@ class FrameSource(Protocol):
 
 @dataclass(frozen=True)
 class Emulation:
-    """What to emulate; `only` is a sensor or a ring, `replay` a recording instead of a scene."""
+    """What to emulate; `only` is a sensor or a ring, `replay` a recording instead of a scene, and
+    `follow` the arm that the skin is mounted on."""
 
     link: Path
     format: str = "binary"
@@ -46,8 +49,11 @@ class Emulation:
     faults: str = ""
     only: str = ""
     seconds: float = 0.0  # 0: until it is asked to end
+    follow: str = ""  # ur:HOST; empty: an arm that stands still
 
     def __post_init__(self) -> None:
+        if self.replay and self.follow:
+            raise SensorError("a recording saw what it saw; leave --replay or --follow out")
         if not 0.0 <= self.seconds < 1e9:
             raise SensorError(f"seconds = {self.seconds:g}; give a positive number, or 0 for ever")
 
@@ -70,29 +76,30 @@ def emulate(
     if not style.named:
         sensors = sensors[:1]  # such a format has room for one sensor
     faults = parse_faults(what.faults, partial(named_sensors, skin=skin))
+    scene = load_scene(find_scene(setup.scene), setup.seed)
+    home = choose_home(setup, scene, robot)
+    arm = wearer(what.follow, robot, robot.home if home is None else home)
     frames: FrameSource
     if what.replay:
         at_home = robot.posture(robot.home)
         frames = RecordedFrames(read_recording(Path(what.replay)), skin, sensors, at_home)
     else:
-        scene = load_scene(find_scene(setup.scene), setup.seed)
-        home = robot.home if scene.home is None or scene.robot != robot.name else scene.home
         world = World(scene.bodies)
         eye = SimulatedSkin(robot, skin, world, setup.seed, latency=0.0)
         eye.muted = set(range(skin.count)) - set(sensors)
-        frames = SceneFrames(eye, world, robot.posture(home))
-    with PtyPort(what.link) as port:
+        frames = SceneFrames(eye, world, arm)
+    with closing(arm), PtyPort(what.link) as port:
         names = skin.sensors[sensors[0]].name
         if len(sensors) > 1:
             names += f" to {skin.sensors[sensors[-1]].name}"
         rate = max(skin.sensors[k].type.rate_hz for k in sensors)
         ready(f"{names} at {rate:g} Hz, format {what.format}, on {what.link}")
-        line = Line(style.encode, FaultyWire(faults, clock.now(), setup.seed), port)
+        transmitter = Transmitter(style.encode, FaultyWire(faults, clock.now(), setup.seed), port)
         period = 1.0 / (rate * len(sensors))
-        return send_frames(frames, skin, line, clock, period, what.seconds, over)
+        return send_frames(frames, skin, transmitter, clock, period, what.seconds, over)
 
 
-class Line(NamedTuple):
+class Transmitter(NamedTuple):
     """What a frame goes through on its way out: its format, what goes wrong, and the port."""
 
     encode: Callable[[RawFrame], bytes]
@@ -103,7 +110,7 @@ class Line(NamedTuple):
 def send_frames(
     frames: FrameSource,
     skin: Skin,
-    line: Line,
+    transmitter: Transmitter,
     clock: Clock,
     period: float,
     seconds: float = 0.0,
@@ -117,12 +124,12 @@ def send_frames(
         now = clock.now()
         for f in frames.poll(now):
             said += 1
-            raw = raw_frame(f, skin.sensors[f.sensor].type.grid, line.faulty.clock(now))
-            packet = line.encode(line.faulty.frame(raw))
-            line.port.write(line.faulty.wire(packet, now))
+            raw = raw_frame(f, skin.sensors[f.sensor].type.grid, transmitter.faulty.clock(now))
+            packet = transmitter.encode(transmitter.faulty.frame(raw))
+            transmitter.port.write(transmitter.faulty.wire(packet, now))
         due = max(due + period, now)  # after a stall no burst of old frames
         clock.sleep_until(due)
-    return said, line.port.lost
+    return said, transmitter.port.lost
 
 
 def raw_frame(frame: SensorFrame, grid: Grid, t_us: int) -> RawFrame:
@@ -136,10 +143,10 @@ def raw_frame(frame: SensorFrame, grid: Grid, t_us: int) -> RawFrame:
 
 
 class SceneFrames:
-    """FrameSource of a scene, seen by a skin on an arm that stands still."""
+    """FrameSource of a scene, seen by a skin on an arm."""
 
-    def __init__(self, eye: SimulatedSkin, world: World, posture: Posture) -> None:
-        self._eye, self._world, self._posture = eye, world, posture
+    def __init__(self, eye: SimulatedSkin, world: World, arm: Wearer) -> None:
+        self._eye, self._world, self._arm = eye, world, arm
         self._begin: float | None = None
 
     def poll(self, now: float) -> Sequence[SensorFrame]:
@@ -147,7 +154,7 @@ class SceneFrames:
         if self._begin is None:
             self._begin = now
         self._world.step(now - self._begin)
-        return self._eye.poll(now, self._posture)
+        return self._eye.poll(now, self._arm.posture(now))
 
 
 class RecordedFrames:

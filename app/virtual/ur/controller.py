@@ -13,7 +13,7 @@ from app.messages import Array
 from app.robot.ur.wire import Value
 from app.virtual.ur.faults import Fault
 from app.virtual.ur.joints import Joints
-from app.virtual.ur.program import Program
+from app.virtual.ur.program import UploadedProgram
 from app.virtual.ur.variables import OUTPUTS
 
 PERIOD = 0.002  # [s] of the e-Series' control loop
@@ -41,7 +41,7 @@ class UrController:
         self.robot_mode, self.safety_mode, self.remote = 7, _NORMAL, True
         self.slider = 1.0  # 0..1, on the pendant
         self.scaling = 1.0  # 0..1, how far a motion is slowed to keep to a safety limit
-        self.program: Program | None = None
+        self.program: UploadedProgram | None = None
         self.log: deque[str] = deque(maxlen=200)  # what has happened, in words
         self._say = say
         self.trace: deque[tuple[float, float]] = deque(maxlen=TRACE)  # time, fastest joint
@@ -144,7 +144,7 @@ class UrController:
             self._log("a program was refused: the robot is not ready for it")
             return
         self._ints_out[0] = 0
-        self.program = Program(self)
+        self.program = UploadedProgram(self)
         self.uploads += 1
         self._log("a control program came in")
 

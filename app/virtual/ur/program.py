@@ -40,7 +40,7 @@ class Drive:
     time: float = 0.0
 
 
-class Program:
+class UploadedProgram:
     """The control program from its upload to its end; `ended` says why."""
 
     def __init__(self, registers: Registers) -> None:

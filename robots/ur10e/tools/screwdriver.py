@@ -9,15 +9,22 @@ flange), in metres. Numbers are millimetres; the bit's tip is the tool frame in
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 from manifold3d import Manifold
 
-HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE.parent))
+from app.robot.solids import (
+    BODY,
+    VISUAL,
+    Detail,
+    Materials,
+    Part,
+    lathe,
+    write_body,
+    write_visual,
+)
 
-from model import BODY, VISUAL, Detail, Materials, Part, lathe, write_body, write_visual  # noqa: E402
+HERE = Path(__file__).parent
 
 PLATE = ((-0.2, 30.0), (0.0, 31.5), (11.0, 31.5), (12.0, 30.5))  # (z, radius), on the flange
 HOUSING = ((10.0, 27.0), (13.0, 28.0), (118.0, 28.0), (124.0, 25.0))

@@ -1,0 +1,232 @@
+"""The compiled following of pairs; what it is for and its formulas are in `steadying`."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.compiled import compiled
+from app.messages import Array
+
+ROOM = 128  # tracks: four pairs of every link, or one of every sensor, and as many that were lost
+SAME_PLACE = 0.08  # [m] on the link: nearer pairs of a link are not told apart by the search either
+SAME_WAY = 0.9  # cosine between directions: 26 degrees, likewise
+SURPRISE = 0.02  # [m] two deviations of a zone's range at half a metre
+SETTLE = 0.15  # [s] two frames of a sensor
+NEARER = 0.01  # [m] a track may lie before a measurement that is nearer: one deviation
+FARTHER = 0.04  # [m] and before one that is farther: four
+MOVING = 0.12  # [m/s] what approaches faster is believed as measured; the estimate's own limit
+CALM = 0.2  # [s] in which an approach is forgotten; it is believed at once
+TURN = 0.3  # [s] in which a direction is taken over: four frames
+KEEP = 0.2  # [s] a lost pair stays: three frames
+RECEDE = 0.3  # [m/s] it then moves away
+GONE = 5.0  # [s] after which it is forgotten wherever it is
+UNSURE = 0.012  # [m] a distance is too long by: half a zone's width at 0.25 m, sloping, is nearer
+
+
+class Measured(NamedTuple):
+    """The pairs (B,) of this tick, as in `Pairs`; approach: (B,) [m/s]."""
+
+    link: NDArray[np.int64]
+    distance: Array
+    approach: Array
+    on_robot: Array
+    on_world: Array
+    normal: Array
+
+
+class Followed(NamedTuple):
+    """What is followed, a row each.
+
+    link:  (ROOM,) -1 of a free row.   row: (ROOM,) the pair measured now, -1 of a lost one.
+    lost:  (ROOM,) [s].   distance, approach: (ROOM,) [m], [m/s].
+    along: (ROOM,) [m] of the place on the robot from that in the world along the normal.
+    local: (ROOM, 3) [m] place on the link, its frame.   on_robot, on_world, normal: base frame.
+    """
+
+    link: NDArray[np.int64]
+    row: NDArray[np.int64]
+    lost: Array
+    distance: Array
+    approach: Array
+    along: Array
+    local: Array
+    on_robot: Array
+    on_world: Array
+    normal: Array
+
+
+class Told(NamedTuple):
+    """The same without gaps, in few arrays, written anew in each tick.
+
+    who:    (2, ROOM) link, row.   number: (2, ROOM) distance [m], approach [m/s].
+    place: (3, ROOM, 3) on_robot, on_world, normal; base frame.
+    """
+
+    who: NDArray[np.int64]
+    number: Array
+    place: Array
+
+
+def nothing_told() -> Told:
+    """Room for all tracks."""
+    return Told(np.empty((2, ROOM), np.int64), np.empty((2, ROOM)), np.empty((3, ROOM, 3)))
+
+
+def nothing_followed() -> Followed:
+    """Room for tracks, all free."""
+    none = np.full(ROOM, -1, dtype=np.int64)
+    single, triple = np.zeros((4, ROOM)), np.zeros((4, ROOM, 3))
+    return Followed(none, none.copy(), *single, *triple)
+
+
+@compiled
+def update(
+    known: Followed, T_base_link: Array, pairs: Measured, reach: float, dt: float, out: Told
+) -> tuple[int, int]:
+    """Follow the pairs and write what is followed, without gaps; how many, and the closest.
+
+    One step after another for all pairs: handing a track to a function for each would cost more
+    than what is done there.
+    """
+    _carry(known, T_base_link)
+    track = _match(known, pairs, reach)
+    _believe(known, pairs, track, dt)
+    _begin(known, pairs, track, reach)
+    _place(known, T_base_link, pairs, dt)
+    _let_go(known, reach, dt)
+    return _write(known, out)
+
+
+@compiled
+def _carry(known: Followed, T_base_link: Array) -> None:
+    """What the arm itself has done to each distance."""
+    for t in range(len(known.link)):
+        known.row[t] = -1
+        if known.link[t] < 0:
+            continue
+        T, along = T_base_link[known.link[t]], 0.0
+        for i in range(3):
+            known.on_robot[t, i] = T[i, 3]
+            for k in range(3):
+                known.on_robot[t, i] += T[i, k] * known.local[t, k]
+            along += (known.on_robot[t, i] - known.on_world[t, i]) * known.normal[t, i]
+        known.distance[t] += along - known.along[t]
+        known.along[t] = along
+
+
+@compiled
+def _match(known: Followed, pairs: Measured, reach: float) -> NDArray[np.int64]:
+    """The track (B,) of each pair, the nearest that no other has; -1 of none."""
+    track = np.full(len(pairs.link), -1)
+    for i in range(len(track)):
+        if not pairs.distance[i] < reach:
+            continue
+        best = SAME_PLACE
+        for t in range(len(known.link)):
+            if known.link[t] != pairs.link[i] or known.row[t] >= 0:
+                continue
+            square, way = 0.0, 0.0
+            for k in range(3):
+                square += (known.on_robot[t, k] - pairs.on_robot[i, k]) ** 2
+                way += known.normal[t, k] * pairs.normal[i, k]
+            if np.sqrt(square) < best and way > SAME_WAY:
+                best, track[i] = np.sqrt(square), t
+        if track[i] >= 0:
+            known.row[track[i]] = i
+    return track
+
+
+@compiled
+def _believe(known: Followed, pairs: Measured, track: NDArray[np.int64], dt: float) -> None:
+    """Take over distances and directions in part."""
+    for i in range(len(track)):
+        t = track[i]
+        if t < 0:
+            continue
+        measured, w = pairs.distance[i], pairs.approach[i]
+        d = known.distance[t] - w * dt
+        error = measured - d
+        share = min(1.0, abs(error) / SURPRISE) * dt / SETTLE
+        d += min(share, 1.0) * error
+        d = min(max(d, measured - FARTHER), measured + NEARER)
+        known.distance[t] = min(d, measured) if w > MOVING else d
+        square = 0.0
+        for k in range(3):
+            known.normal[t, k] += min(dt / TURN, 1.0) * (pairs.normal[i, k] - known.normal[t, k])
+            square += known.normal[t, k] ** 2
+        for k in range(3):
+            known.normal[t, k] /= np.sqrt(square)
+
+
+@compiled
+def _begin(known: Followed, pairs: Measured, track: NDArray[np.int64], reach: float) -> None:
+    """A track for each pair without one: a free row, or that of the farthest that was lost."""
+    for i in range(len(track)):
+        if track[i] >= 0 or not pairs.distance[i] < reach:
+            continue
+        free, far = -1, -1
+        for t in range(len(known.link)):
+            if known.link[t] < 0:
+                free = t
+                break
+            if known.row[t] < 0 and (far < 0 or known.distance[t] > known.distance[far]):
+                far = t
+        t = free if free >= 0 else far
+        if t < 0:
+            continue
+        known.link[t], known.row[t], known.distance[t] = pairs.link[i], i, pairs.distance[i]
+        for k in range(3):
+            known.normal[t, k] = pairs.normal[i, k]
+        known.approach[t] = pairs.approach[i]
+
+
+@compiled
+def _place(known: Followed, T_base_link: Array, pairs: Measured, dt: float) -> None:
+    """Where both ends of what is measured are now, and how fast they come."""
+    for t in range(len(known.link)):
+        i = known.row[t]
+        if i < 0:
+            continue
+        T, along = T_base_link[pairs.link[i]], 0.0
+        for k in range(3):
+            known.on_robot[t, k], known.on_world[t, k] = pairs.on_robot[i, k], pairs.on_world[i, k]
+            along += (pairs.on_robot[i, k] - pairs.on_world[i, k]) * known.normal[t, k]
+            known.local[t, k] = 0.0
+            for r in range(3):
+                known.local[t, k] += T[r, k] * (pairs.on_robot[i, r] - T[r, 3])
+        known.along[t], known.lost[t] = along, 0.0
+        calmed = known.approach[t] * (1.0 - min(dt / CALM, 1.0))
+        known.approach[t] = max(pairs.approach[i], calmed)
+
+
+@compiled
+def _let_go(known: Followed, reach: float, dt: float) -> None:
+    """What is lost calms down, recedes after a moment, and is forgotten beyond `reach`."""
+    for t in range(len(known.link)):
+        if known.link[t] < 0 or known.row[t] >= 0:
+            continue
+        known.lost[t] += dt
+        known.approach[t] *= 1.0 - min(dt / CALM, 1.0)
+        if known.lost[t] > KEEP:
+            known.distance[t] += RECEDE * dt
+        if known.distance[t] >= reach or known.lost[t] > GONE:
+            known.link[t] = -1
+
+
+@compiled
+def _write(known: Followed, out: Told) -> tuple[int, int]:
+    """Write what is followed; how many, and which of them is the closest, -1 of none."""
+    n, closest = 0, -1
+    for t in range(len(known.link)):
+        if known.link[t] < 0:
+            continue
+        out.who[0, n], out.who[1, n] = known.link[t], known.row[t]
+        out.number[0, n], out.number[1, n] = known.distance[t] - UNSURE, known.approach[t]
+        for k in range(3):
+            out.place[0, n, k], out.place[1, n, k] = known.on_robot[t, k], known.on_world[t, k]
+            out.place[2, n, k] = known.normal[t, k]
+        if closest < 0 or out.number[0, n] < out.number[0, closest]:
+            closest = n
+        n += 1
+    return n, closest

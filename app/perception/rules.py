@@ -1,0 +1,32 @@
+"""By which rules frames are judged and believed."""
+
+from typing import NamedTuple
+
+from app.config import Params
+
+
+class Rules(NamedTuple):
+    """What perception does beyond the paper; `PUBLISHED` does nothing of it.
+
+    footprint:      up to nine rays a zone before the self filter, for a zone is a cone; else one.
+    two_sided:      points behind the body stay, as the paper's Algorithm 1 has it.
+    doubts_ghosts:  a nearer point waits for a second frame or zone.
+    memory:         what left the field of view is remembered.
+    obstacle_speed: how fast things come nearer is measured.
+    """
+
+    footprint: bool = True
+    two_sided: bool = False
+    doubts_ghosts: bool = True
+    memory: bool = True
+    obstacle_speed: bool = True
+
+
+PUBLISHED = Rules(False, True, False, False, False)
+
+
+def rules_of(params: Params, as_published: bool) -> Rules:
+    """Those of the settings, or the paper's."""
+    if as_published:
+        return PUBLISHED
+    return Rules(memory=params.memory, obstacle_speed=params.obstacle_speed)
