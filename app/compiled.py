@@ -55,7 +55,8 @@ _Dispatcher: Any = CPUDispatcher  # numba says nothing of its types
 @typeof_impl.register(np.ndarray)
 def _one_kind(array: Any, context: Any) -> Any:
     """The type of an array, frozen or not."""
-    return _kind_of(array, context).copy(readonly=False)
+    kind = _kind_of(array, context)
+    return kind if kind.mutable else kind.copy(readonly=False)
 
 
 def compiled(function: Callable[P, R]) -> Callable[P, R]:

@@ -50,7 +50,7 @@ class HandPort:
     def say(self, frame, now):
         self.hear(binary.encode(frame), now)
 
-    def take(self):
+    def receive(self):
         taken, self._taken = self._taken, []
         return taken
 

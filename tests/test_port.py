@@ -31,7 +31,7 @@ def wait_for(condition):
 def taken(port, count):
     """The next `count` arrivals."""
     got = []
-    wait_for(lambda: got.extend(port.take()) or len(got) >= count)
+    wait_for(lambda: got.extend(port.receive()) or len(got) >= count)
     return got
 
 
@@ -112,7 +112,7 @@ def test_a_port_tries_other_speeds_while_it_hears_nothing_it_knows(tmp_path, mon
     with PtyPort(tmp_path / "skin") as board:
         port = Port(PortSpec(str(board.link)), WallClock())
         try:
-            wait_for(lambda: port.take() or board.write(b"\x55junk") or len(set(speeds)) == 4)
+            wait_for(lambda: port.receive() or board.write(b"\x55junk") or len(set(speeds)) == 4)
             board.write(b"\0" + binary.encode(raw(1)))
             taken(port, 1)
             assert set(speeds) == {2_000_000, 921_600, 460_800, 115_200}

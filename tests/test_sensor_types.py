@@ -20,19 +20,21 @@ from app.perception.rules import Rules
 from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import load_skin
 from app.sensing.error_model import ErrorModel
+from app.sensing.open_ports import open_skin
 from app.sensing.port_spec import PortSpec, parse_ports
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.wire import binary
 from app.sensing.wire.detect import FORMATS
-from app.timing import ManualClock
+from app.timing import ManualClock, WallClock
 from app.virtual.skin.emulate import raw_frame
+from app.virtual.skin.pty_port import PtyPort
 from app.wiring import Setup, build_engine
 from app.world.world import World
 from tests import mixed_skin
 from tests.mixed_skin import LENS, NOISE, SHAPES, SHIFT
-from tests.ports import HandPort
+from tests.ports import HandPort, raw
 
 P = Rules(doubts_ghosts=False)
 
@@ -289,6 +291,26 @@ def test_every_type_goes_over_the_binary_wire_as_it_is(robot, mixed):
         assert np.array_equal(a.status[seen], b.status[seen])
 
 
+def test_a_mixed_skin_speaks_through_a_pseudo_terminal(robot, mixed, tmp_path):
+    link, posture, clock = tmp_path / "skin", robot.posture(robot.home), WallClock()
+    sent, got, end = said(robot, mixed), {}, clock.now() + 5.0
+    with PtyPort(link) as port:
+        source = open_skin(str(link), mixed, clock)
+        try:
+            while len(got) < 3 and clock.now() < end:
+                for f in sent:
+                    port.write(binary.encode(raw_frame(f, mixed.sensors[f.sensor].type.grid, 7)))
+                clock.sleep_until(clock.now() + 0.02)
+                got |= {f.sensor: f for f in source.poll(clock.now(), posture)}
+            words = dict(source.inputs(clock.now()))[str(link)]
+        finally:
+            source.close()
+    assert sorted(got) == [0, 1, 2] and "3 sensors" in words and "binary" in words
+    for f in sent:
+        seen = f.targets > 0
+        assert np.allclose(got[f.sensor].distance[seen], f.distance[seen], atol=1e-9)
+
+
 def test_eight_by_eight_frames_stay_as_they_were_on_the_wire_and_others_have_their_own(
     robot, mixed
 ):
@@ -325,8 +347,6 @@ def test_bare_numbers_get_the_statuses_of_their_sensors_type(robot, mixed):
 
 @pytest.mark.parametrize("wrong", [(8, 8), (1, 1), (16, 15)])
 def test_a_frame_of_the_wrong_size_for_its_sensor_is_refused_with_a_reason(robot, mixed, wrong):
-    from tests.ports import raw
-
     port = HandPort()
     source = SerialSkin(mixed, [port], [PortSpec("/dev/hand")])
     posture = robot.posture(robot.home)

@@ -80,7 +80,7 @@ def test_simulated_ghosts_are_caught(robot, skin):
             cloud.add_frames([f], posture, P)
             mine = slice(64 * f.sensor, 64 * f.sensor + 64)
             view = cloud.view(i / 75)
-            far = (f.distance > P.ghost_near) & (view.gap[mine] > P.ghost_near)
+            far = (f.distance > 0.15) & (view.gap[mine] > 0.15)
             ghosts += (view.verdict[mine][far] == Verdict.GHOST).sum()
             passed += (view.verdict[mine][far] == Verdict.KEPT).sum()
     assert ghosts > 30

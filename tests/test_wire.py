@@ -36,14 +36,14 @@ def same(a, b):
 
 
 @st.composite
-def frames(draw):
-    n = draw(st.sampled_from([4, 8]))
-    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
-    distance = rng.integers(-32768, 32768, n * n).astype(np.int16)
-    status = rng.choice(np.array([5, 9, 4, 255], dtype=np.uint8), n * n)
+def frames(draw, grids=((4, 4), (8, 8))):
+    grid = draw(st.sampled_from(grids))
+    rng, n = np.random.default_rng(draw(st.integers(0, 2**32))), grid[0] * grid[1]
+    distance = rng.integers(-32768, 32768, n).astype(np.int16)
+    status = rng.choice(np.array([5, 9, 4, 255], dtype=np.uint8), n)
     return raw(
         distance, status, draw(st.integers(0, 255)), draw(st.integers(0, 2**16 - 1)),
-        draw(st.integers(0, 2**32 - 1)), (n, n),
+        draw(st.integers(0, 2**32 - 1)), grid,
     )  # fmt: skip
 
 
@@ -203,6 +203,33 @@ def test_the_binary_frame_is_byte_for_byte_as_the_protocol_says():
     assert same(frame, raw())
 
 
+def test_the_second_version_is_byte_for_byte_as_the_protocol_says():
+    distance, status = [500, 600, 0xFFFF - 65536], [0, 255, 7]
+    payload = bytes.fromhex("21 05 03 01 0700 87d61200 e2 0200 00")
+    payload += b"".join(d.to_bytes(2, "little", signed=True) for d in distance) + bytes(status)
+    assert len(payload) == 14 + 3 * 3
+    packet = cobs.encode(payload + zlib.crc32(payload).to_bytes(4, "little")) + b"\0"
+    sent = replace(raw(distance, status, 5, grid=(3, 1)), temperature=-30)
+    assert binary.encode(sent) == packet
+    (frame,) = binary.Binary().feed(packet)
+    assert (frame.sensor, frame.grid, frame.sequence) == (5, (3, 1), 7)
+    assert (frame.t_us, frame.temperature) == (1234567, -30) and same(frame, sent)
+
+
+@pytest.mark.parametrize(
+    ("at", "value", "why"),
+    [(2, 2, "resolution"), (3, 0, "resolution"), (2, 33, "resolution"), (11, 3, "targets"),
+     (0, 0x31, "length")],
+)  # fmt: skip
+def test_a_second_version_with_a_wrong_field_is_refused(at, value, why):
+    whole = binary.encode(raw([500, 600, 700], [5, 255, 5], grid=(3, 1)))
+    payload = bytearray(cobs.decode(whole[:-1])[:-4])
+    payload[at] = value
+    packet = cobs.encode(bytes(payload) + zlib.crc32(payload).to_bytes(4, "little")) + b"\0"
+    decoder = binary.Binary()
+    assert decoder.feed(packet) == [] and decoder.refused == {why: 1}
+
+
 @pytest.mark.parametrize(
     ("at", "value", "why"),
     [(0, 0x12, "kind"), (0, 0x21, "resolution"), (2, 5, "resolution"), (10, 63, "targets")],
@@ -220,14 +247,18 @@ def test_a_payload_with_a_right_checksum_and_a_wrong_field_is_refused(at, value,
 shares = st.lists(st.floats(0, 1), max_size=8)
 
 
-@given(st.lists(frames(), min_size=1, max_size=5), shares)
+ANY = ((4, 4), (8, 8), (16, 16), (1, 1), (3, 20), (32, 32))
+
+
+@given(st.lists(frames(ANY), min_size=1, max_size=5), shares)
 def test_binary_frames_survive_any_chunking(sent, cuts):
     stream = b"".join(map(binary.encode, sent))
     decoder = binary.Binary()
     got = [f for chunk in cut(stream, cuts) for f in decoder.feed(chunk)]
     assert len(got) == len(sent) and not decoder.refused
     for a, b in zip(sent, got, strict=True):
-        assert same(a, b) and (a.sensor, a.sequence, a.t_us) == (b.sensor, b.sequence, b.t_us)
+        assert same(a, b) and a.grid == b.grid
+        assert (a.sensor, a.sequence, a.t_us) == (b.sensor, b.sequence, b.t_us)
 
 
 @given(frames(), shares)

@@ -133,7 +133,7 @@ def test_what_is_left_out_of_a_cast_or_joined_for_it_never_changes_an_answer(see
         axis[k], d[k * n : (k + 1) * n] = R[:, 2], way @ R.T
     first = np.arange(0, m * n + 1, n)
     hits = Hits(np.full(m * n, np.float32(far)), np.full(m * n, -2, dtype=np.int16))
-    world.end_rays(Beams(origin, axis, half_angle, first, d), hits)
+    world.end_rays(Beams(origin, axis, np.full(m, half_angle), first, d), hits)
     true = one_by_one(bodies, t, np.repeat(origin, n, axis=0), d)
     near = np.minimum(true, np.float32(far))
     # a ray that grazes an edge may pass it in one frame and meet it in another

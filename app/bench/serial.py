@@ -99,9 +99,9 @@ class AuditedPort(Port):
     fresh: list[Arrival]
     taken = wrong = 0
 
-    def take(self) -> list[Arrival]:
+    def receive(self) -> list[Arrival]:
         """As the port's."""
-        self.fresh = super().take()
+        self.fresh = super().receive()
         for a in self.fresh:
             said = pattern(a.frame.sensor or 0, a.frame.sequence or 0)
             self.wrong += not np.array_equal(a.frame.distance, said)

@@ -76,7 +76,7 @@ class SkinCloud:
         place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
-        self._ghosts.doubt(sensors, reports.distance, judged.verdict, judged.gap, rules)
+        self._ghosts.mark_ghosts(sensors, reports.distance, judged.verdict, judged.gap, rules)
         if self.background.learning:
             kept = slots[judged.verdict[slots] == KEPT]
             self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)

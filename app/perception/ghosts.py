@@ -34,7 +34,7 @@ class Ghosts:
         """Nothing has been seen yet."""
         self._last = np.full(self._first[-1], np.inf)
 
-    def doubt(
+    def mark_ghosts(
         self,
         sensors: NDArray[np.intp],
         distance: Array,
@@ -44,11 +44,11 @@ class Ghosts:
     ) -> None:
         """Turn KEPT into GHOST in `verdict` where a point is not yet to be believed; all (S,)."""
         near = NEAR if rules.doubts_ghosts else np.inf
-        _doubt(sensors, self._first, self._grid, near, distance, gap, verdict, self._last)
+        _mark_ghosts(sensors, self._first, self._grid, near, distance, gap, verdict, self._last)
 
 
 @compiled
-def _doubt(
+def _mark_ghosts(
     sensors: NDArray[np.int64],
     first: NDArray[np.int64],
     grid: NDArray[np.int64],

@@ -48,39 +48,25 @@ class Returns(NamedTuple):
     link: NDArray[np.int16]
 
 
+class Reports(NamedTuple):
+    """What a sensor of up to n zones would report of each ray that met a body, near to far:
+    distance (n, R) [m], link (n, R), and how many there are, seen (n,)."""
+
+    distance: Array
+    link: NDArray[np.int16]
+    seen: NDArray[np.int64]
+
+
 class Pulses(NamedTuple):
-    """What the returns of n zones of a sensor come to: of the group that explains the measurement
-    best and of the nearest one, gap (n,) [m] and link (n,), +inf and -1 without any; across (n,):
-    1 over an edge, else 0."""
+    """What those reports come to: gap (n,) [m] and link (n,) of the group that explains the
+    measurement best and of the nearest one, +inf and -1 without any; across (n,): 1 over an edge,
+    else 0."""
 
     gap: Array
     link: NDArray[np.int16]
     front_gap: Array
     front_link: NDArray[np.int16]
     across: NDArray[np.int64]
-
-
-@compiled
-def _nearest_hits(
-    sensors: NDArray[np.intp], first: NDArray[np.int64], own: Returns, casts: Casts
-) -> Returns:
-    """Where each ray of `sensors` ends: on what is fixed to the sensor or on what was cast at.
-
-    Rows of other sensors are not set.   first: (K + 1,) zones of each sensor.
-    """
-    out = Returns(np.empty_like(own.length), np.empty_like(own.link))
-    for k in sensors:
-        out.length[first[k] : first[k + 1]] = own.length[first[k] : first[k + 1]]
-        out.link[first[k] : first[k + 1]] = own.link[first[k] : first[k + 1]]
-    length, link = out.length.ravel(), out.link.ravel()  # views: both are contiguous
-    begin = 0
-    for body in range(len(casts.end)):
-        for n in range(begin, casts.end[body]):
-            ray = casts.zone_ray[n]
-            if casts.hit[n] < length[ray]:
-                length[ray], link[ray] = casts.hit[n], body
-        begin = casts.end[body]
-    return out
 
 
 @compiled
@@ -99,14 +85,14 @@ def explain_returns(
     reported: (S,) [m].   two_sided: keep what lies behind the body.   own: on what is fixed to a
     sensor; the rest is cast.   judged.rays: is read.
     """
-    returns = _nearest_hits(sensors, fan.first, own, casts)
+    returns = _nearest_hits(sensors, fan.first, own, casts, judged.rays)
+    most = np.diff(fan.first).max()
+    reports, pulses = _no_reports(most, own.link.shape[1]), _no_pulses(most)
     for k in sensors:
         mine = slice(fan.first[k], fan.first[k + 1])
         z, rays, noise = reported[mine], judged.rays[mine], fan.noise[k]
-        distance, link, count = _sorted_reports(
-            returns.length[mine], returns.link[mine], fan.report[mine], rays
-        )
-        pulses = _pulses(z, distance, link, count, rays, fan.pulse[k])
+        _sort(returns.length[mine], returns.link[mine], fan.report[mine], rays, reports)
+        _gather(z, rays, fan.pulse[k], reports, pulses)
         for i in range(len(z)):
             sigmas = SIGMAS * noise_of(noise[0], noise[1], z[i])
             who = pulses.link[i] if pulses.link[i] >= 0 else fan.link[k]
@@ -124,16 +110,59 @@ def explain_returns(
 
 
 @compiled
-def _sorted_reports(
+def _nearest_hits(
+    sensors: NDArray[np.intp],
+    first: NDArray[np.int64],
+    own: Returns,
+    casts: Casts,
+    rays: NDArray[np.uint8],
+) -> Returns:
+    """Where the `rays` (S,) of each zone of `sensors` end: on what is fixed to the sensor or on
+    what was cast at. Others are not set.   first: (K + 1,) zones of each sensor.
+    """
+    out = Returns(np.empty_like(own.length), np.empty_like(own.link))
+    for k in sensors:
+        for zone in range(first[k], first[k + 1]):
+            for ray in range(rays[zone]):
+                out.length[zone, ray] = own.length[zone, ray]
+                out.link[zone, ray] = own.link[zone, ray]
+    length, link = out.length.ravel(), out.link.ravel()  # views: both are contiguous
+    begin = 0
+    for body in range(len(casts.end)):
+        for n in range(begin, casts.end[body]):
+            ray = casts.zone_ray[n]
+            if casts.hit[n] < length[ray]:
+                length[ray], link[ray] = casts.hit[n], body
+        begin = casts.end[body]
+    return out
+
+
+@compiled
+def _no_reports(zones: int, rays: int) -> Reports:
+    return Reports(
+        np.empty((zones, rays)), np.empty((zones, rays), dtype=np.int16),
+        np.empty(zones, dtype=np.int64),
+    )  # fmt: skip
+
+
+@compiled
+def _no_pulses(zones: int) -> Pulses:
+    return Pulses(
+        np.empty(zones), np.empty(zones, dtype=np.int16), np.empty(zones),
+        np.empty(zones, dtype=np.int16), np.empty(zones, dtype=np.int64),
+    )  # fmt: skip
+
+
+@compiled
+def _sort(
     length: NDArray[np.float32],
     link: NDArray[np.int16],
     report: NDArray[np.float32],
     rays: NDArray[np.uint8],
-) -> tuple[Array, NDArray[np.int16], NDArray[np.int64]]:
-    """What a sensor would report of each of its rays that met a body, near to far: distance (n, R)
-    [m], link (n, R) and how many there are (n,), of `rays` (n,) of each zone."""
-    out, who = np.empty(length.shape), np.empty(length.shape, dtype=np.int16)
-    count = np.zeros(len(length), dtype=np.int64)
+    out: Reports,
+) -> None:
+    """Write the reports of a sensor's zones, whose `rays` (n,) end at `length` (n, R) [m] on `link`
+    (n, R); report: (n, R) reported distance per metre."""
     for zone in range(len(length)):
         seen = 0
         for ray in range(rays[zone]):
@@ -141,44 +170,36 @@ def _sorted_reports(
                 continue
             d = length[zone, ray] * report[zone, ray]
             at = seen
-            while at > 0 and out[zone, at - 1] > d:
-                out[zone, at], who[zone, at] = out[zone, at - 1], who[zone, at - 1]
+            while at > 0 and out.distance[zone, at - 1] > d:
+                out.distance[zone, at] = out.distance[zone, at - 1]
+                out.link[zone, at] = out.link[zone, at - 1]
                 at -= 1
-            out[zone, at], who[zone, at] = d, link[zone, ray]
+            out.distance[zone, at], out.link[zone, at] = d, link[zone, ray]
             seen += 1
-        count[zone] = seen
-    return out, who, count
+        out.seen[zone] = seen
 
 
 @compiled
-def _pulses(
-    reported: Array,
-    distance: Array,
-    link: NDArray[np.int16],
-    count: NDArray[np.int64],
-    rays: NDArray[np.uint8],
-    pulse: Array,
-) -> Pulses:
-    """Gather the sorted returns of a sensor's zones into pulses; pulse: (2,) of its type."""
-    n = len(reported)
-    out = Pulses(
-        np.full(n, np.inf), np.full(n, -1, dtype=np.int16), np.full(n, np.inf),
-        np.full(n, -1, dtype=np.int16), np.zeros(n, dtype=np.int64),
-    )  # fmt: skip
-    for zone in range(n):
-        first = 0
-        while first < count[zone]:
-            nearest = distance[zone, first]
+def _gather(
+    reported: Array, rays: NDArray[np.uint8], pulse: Array, reports: Reports, out: Pulses
+) -> None:
+    """Gather the sorted reports of a sensor's zones into pulses; pulse: (2,) of its type."""
+    for zone in range(len(reported)):
+        gap, link = np.inf, np.int16(-1)
+        out.front_gap[zone], out.front_link[zone], out.across[zone] = np.inf, -1, 0
+        first, count = 0, reports.seen[zone]
+        while first < count:
+            nearest = reports.distance[zone, first]
             farthest = nearest + pulse_of(pulse[0], pulse[1], nearest)
             total, end = 0.0, first
-            while end < count[zone] and distance[zone, end] <= farthest:
-                total += distance[zone, end]
+            while end < count and reports.distance[zone, end] <= farthest:
+                total += reports.distance[zone, end]
                 end += 1
-            gap = total / (end - first) - reported[zone]
+            g = total / (end - first) - reported[zone]
             if first == 0:
-                out.front_gap[zone], out.front_link[zone] = gap, link[zone, 0]
+                out.front_gap[zone], out.front_link[zone] = g, reports.link[zone, 0]
                 out.across[zone] = 1 if end < rays[zone] else 0
-            if abs(gap) < abs(out.gap[zone]):  # this group explains the measurement best
-                out.gap[zone], out.link[zone] = gap, link[zone, first]
+            if abs(g) < abs(gap):  # this group explains the measurement best
+                gap, link = g, reports.link[zone, first]
             first = end
-    return out
+        out.gap[zone], out.link[zone] = gap, link

@@ -54,7 +54,7 @@ def _find(spec: PortSpec, skin: Skin, clock: Clock, names: Sequence[str]) -> Ser
     while clock.now() < end and not all(p.facts().frames for p in ports):
         clock.sleep_until(clock.now() + LOOK)
         for port in ports:
-            port.take()
+            port.receive()
     speaking = [p for p in ports if p.facts().frames]
     _close([p for p in ports if p not in speaking])
     if not speaking:

@@ -78,7 +78,7 @@ class Port:
         )
         self._thread.start()
 
-    def take(self) -> list[Arrival]:
+    def receive(self) -> list[Arrival]:
         """Frames that have come since the last call, in their order."""
         taken: list[Arrival] = []
         while self._mailbox:

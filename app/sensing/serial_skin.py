@@ -31,7 +31,7 @@ class Wire(Protocol):
 
     name: str
 
-    def take(self) -> list[Arrival]: ...
+    def receive(self) -> list[Arrival]: ...
     def facts(self) -> PortFacts: ...
     def close(self) -> None: ...
 
@@ -66,7 +66,7 @@ class SerialSkin:
         self._polled = now
         frames = []
         for i, (port, watch) in enumerate(zip(self._ports, self._watches, strict=True)):
-            for arrival in port.take():
+            for arrival in port.receive():
                 if stalled and now - arrival.arrived > STALL:
                     continue  # what has piled up meanwhile is of no use to anybody
                 frame = self._accept(i, arrival, now)

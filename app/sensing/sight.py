@@ -8,7 +8,7 @@ behind them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,6 +50,7 @@ class Sight:
         self._fixed: NDArray[np.bool_] = links.welded[link]  # (K, L) to the sensor's link?
         rays = [_sub_rays(s) for s in skin.sensors]
         kinds = [s.type for s in skin.sensors]
+        self._zones = [t.zones for t in kinds]
         cosine = [r @ a for r, a in zip(rays, skin.axis, strict=True)]
         self._fan = zones.Fan(
             link=link,
@@ -75,7 +76,7 @@ class Sight:
         who = np.array(sensors, dtype=np.int64)
         beams, hits = self._rays_to_links(who, T_base_link, self._fixed[who])
         self._world.end_rays(beams, hits)
-        first = np.append(0, np.cumsum(np.diff(self._fan.zone)[who])).tolist()
+        first = list(accumulate((self._zones[k] for k in sensors), initial=0))
         seen = zones.no_reading(first[-1])
         zones.merge_rays(who, hits, self._fan, seen)
         return [
