@@ -12,6 +12,7 @@ import pytest
 from app.cli import Run
 from app.cli.bench import Bench
 from app.cli.experiment import Experiment
+from app.cli.new_robot import NewRobot
 from app.cli.ranges import CalibrateRanges
 from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate
 from app.cli.ur import Ur
@@ -101,7 +102,7 @@ def test_every_flag_in_the_readme_exists() -> None:
     used = set(re.findall(r"^\.venv/bin/flinch .*?(?=\s{2,}#|$)", text, re.M))
     flags = {flag for line in used for flag in re.findall(r"--([a-z-]+)", line)}
     skins = (CalibrateFilter, CalibrateRanges, SkinCheck, SkinEmulate)
-    commands = (Run, Bench, Experiment, Ur, *skins)
+    commands = (Run, Bench, Experiment, Ur, NewRobot, *skins)
     known = {f.name.replace("_", "-") for command in commands for f in fields(command)} | {
         t.name.replace("_", "-") for t in tunables()
     }

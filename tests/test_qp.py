@@ -174,7 +174,7 @@ def test_a_bound_lets_approach_fade_to_nothing_at_d_s(robot):
     assert bound(robot, 0.25) == pytest.approx(0.0)
     assert bound(robot, 0.30) == pytest.approx(-0.05 / 0.35)
     assert bound(robot, 0.20) == pytest.approx(0.05 / 0.35)
-    assert bound(robot, -0.50, speed=1.0) == pytest.approx(0.5)  # v_esc
+    assert bound(robot, -0.50, joint_speed=1.0) == pytest.approx(0.5)  # v_esc
     assert 0.0 < bound(robot, 0.15) < 0.25  # a share of what the joints can do
     assert 0.25 < bound(robot, 0.05) <= 0.5  # what is close may ask for more
 
@@ -204,7 +204,7 @@ def test_a_point_that_can_hardly_be_moved_is_led_away_only_from_what_is_close(ro
     def low(distance):
         link = robot.link_index("upper_arm_link")
         rows = of_the_world(robot, posture, pairs_of([link], on, side, [distance]), QP)
-        return float(rows.low[0]), float(np.abs(rows.jacobian[0]) @ (QP.speed * robot.qd_max))
+        return float(rows.low[0]), float(np.abs(rows.jacobian[0]) @ (QP.joint_speed * robot.qd_max))
 
     (far, reach), (near, _), (closest, _) = low(0.20), low(0.07), low(0.03)
     assert 0.15 < reach < 0.30 and far < 0.0

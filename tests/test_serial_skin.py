@@ -6,7 +6,6 @@ import pytest
 from app.actions import SetGoal, SetMode, UseSensor
 from app.errors import SensorError
 from app.messages import JointState, Mode, SensorHealth
-from app.perception.rules import Rules
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
@@ -177,7 +176,7 @@ def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
 
     port = HandPort(format_name="binary")
     source = SerialSkin(skin, [port], [PortSpec(port.name)])
-    brain = Brain(robot, skin, params=Rules(doubts_ghosts=False))
+    brain = Brain(robot, skin)
     qd = np.array([0.5, 0, 0, 0, 0, 0])
     late, still = 0.08, np.zeros(6)
     for i in range(500):
