@@ -124,10 +124,15 @@ def in_sight(window: Window) -> bool:
     return len(spots) == 4 and inside and open_to_hands
 
 
+def settled(window: Window) -> bool:
+    """Is the page laid out, and stays so from one look to the next?"""
+    return in_sight(window) and boxes(window) == boxes(window)
+
+
 def test_run_hold_and_stop_never_move(puppet: Puppet, window: Window) -> None:
     for width, height in SIZES:
         window.set_viewport_size({"width": width, "height": height})
-        until(window, lambda: in_sight(window), f"all in sight at {width}x{height}")
+        until(window, lambda: settled(window), f"all in sight at {width}x{height}")
         before = boxes(window)
 
         def stay(why: str, before: list[Any] = before) -> None:
