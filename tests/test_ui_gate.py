@@ -274,6 +274,7 @@ def test_without_the_token_a_page_watches(
 ) -> None:
     async def scene() -> None:
         async with raw_page(guarded.server) as page:
+            await until(lambda: page.number in guarded.roles.panels)
             panel = guarded.roles.panels[page.number]
             await page.press(panel.button)
             await until(lambda: "not the operator token" in panel.line.content)
@@ -296,6 +297,7 @@ def test_the_token_lets_operate_and_reaches_no_page(
 ) -> None:
     async def scene() -> None:
         async with raw_page(guarded.server) as page, raw_page(guarded.server) as other:
+            await until(lambda: page.number in guarded.roles.panels)
             panel = guarded.roles.panels[page.number]
             await page.press(panel.token, TOKEN)
             await page.press(panel.button)
