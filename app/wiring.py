@@ -78,6 +78,7 @@ class Setup:
                 "--arm needs to know the cell, or the arm takes its own table for free space; "
                 "write one (static_assets/cells/table.toml shows how) and give --cell FILE"
             )
+        _check_driver(self)
 
 
 def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> Engine:
@@ -244,20 +245,25 @@ def choose_home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
 
 
 def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
+    if setup.driver == SIMULATED:
+        return SimulatedArm(robot, home)
+    from app.robot.ur.driver import UrArm
+
+    return UrArm(setup.driver.removeprefix("ur:"), robot, armed=setup.armed)
+
+
+def _check_driver(setup: Setup) -> None:
+    """ConfigError for an arm that there is no driver for, or that is asked for by halves."""
     kind, _, host = setup.driver.partition(":")
     if setup.driver == SIMULATED:
         if setup.armed:
             raise ConfigError("--arm belongs to a real arm; add --driver ur:HOST")
-        return SimulatedArm(robot, home)
-    if kind != "ur" or not host or ":" in host:
+    elif kind != "ur" or not host or ":" in host:
         raise ConfigError(
             f"driver = {setup.driver!r}; give 'simulated' or 'ur:HOST' (a UR's ports are fixed)"
         )
-    if setup.choice.home_deg:
+    elif setup.choice.home_deg:
         raise ConfigError("a real arm begins where it stands; leave --home-deg or --driver out")
-    from app.robot.ur.driver import UrArm
-
-    return UrArm(host, robot, armed=setup.armed)
 
 
 def build_robot(setup: Setup) -> Robot:
