@@ -6,6 +6,7 @@ from pathlib import Path
 
 from app.cli import main
 from app.config import Params, load_params, tunables
+from app.control.registry import kinds
 
 README = Path(__file__).parent.parent / "README.md"
 
@@ -29,3 +30,8 @@ def test_a_choice_is_listed_with_all_its_names(capsys):
 
 def test_the_table_in_the_readme_is_the_one_that_the_command_prints(capsys):
     assert said(capsys, "--markdown") in README.read_text("utf-8")
+
+
+def test_the_manual_names_every_controller():
+    rows = re.findall(r"^\| `(\w+)`.* \|", README.read_text("utf-8"), re.M)
+    assert kinds().keys() <= set(rows)
