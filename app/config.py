@@ -54,8 +54,8 @@ def _setting(
 class Params:
     """All settings that may change while running (SI units).
 
-    Defaults: the paper gives no values; the distances follow from its average of 0.28 to 0.30 m,
-    the speeds from what its figures show.
+    Defaults: the paper gives no values. The distances fit its mean distance of 0.28 to 0.30 m; the
+    speeds are slow enough to watch beside an arm.
     """
 
     mode: str = choice("qp", CLEARANCE, "which controller leads the arm", MODES)

@@ -52,7 +52,7 @@ class Chorus:
 
 
 def heard(skin, faults, seconds=10.0, sensors=(3, 4), seed=0):
-    """FrameSource that a decoder makes of what a faulty board says at 15 Hz, and the decoder."""
+    """Frames that a decoder makes of what a faulty board says at 15 Hz, and the decoder."""
     clock, spool = ManualClock(), Spool()
     wire = FaultyWire(faults, clock.now(), seed)
     encode = FORMATS["binary"].encode

@@ -57,7 +57,7 @@ class Cell:
         return SetGoal(T)
 
     def running(self):
-        """FrameSource come and the arm moves."""
+        """Frames come and the arm moves."""
         s = self.run(0.3)
         s = self.run(0.5, self.away(s))
         assert s.status.mode is Mode.RUNNING and np.abs(s.joints.qd).max() > 0.05

@@ -36,7 +36,7 @@ from app.robot.posture import Posture
 KAPPA = 0.15  # share of the reachable speed along the normal that may be asked for
 HARDLY = 0.05  # [m/s] a row that joints cannot move faster is left out; it fades in up to twice it
 HELD = 0.01  # [m] the acted-on row stays until another is nearer by more: about one sigma of range
-LAMBDA = 2.0  # [1/s] the paper gives none; faster than an error of the goal, slower than a frame
+LAMBDA = 2.0  # [1/s] the paper gives none; above the goal's gains, far below 15 frames a second
 FASTEST = 0.6  # [m/s] that the task may ask for: twice the goal speed
 NOWHERE = 1e-9  # [m/s] no joint moves the point along the normal
 

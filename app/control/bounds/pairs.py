@@ -45,7 +45,7 @@ HARDLY = 0.15  # [m/s] reachable speed: three times what task priority takes, wh
 CLOSE = 0.12  # [m] nearer than this also such a point is led away, fully from half of it on
 DEEP = 0.05  # [m] inside d_s from which a retreat is urgent: about half way to CLOSE
 STATIC_COST, MOVING_COST = (50.0, 100.0), (100.0, 100.0)  # of slack (specification, section 4.7)
-XI = 1.0  # [m/s] approach that is free where avoidance begins: faster than a tool may go
+XI = 1.0  # [m/s] approach that is free where avoidance begins: the most a goal may ask of a tool
 NOTHING = np.empty(0)
 
 

@@ -143,14 +143,14 @@ def raw_frame(frame: SensorFrame, grid: Grid, t_us: int) -> RawFrame:
 
 
 class SceneFrames:
-    """FrameSource of a scene, seen by a skin on an arm."""
+    """Frames of a scene, seen by a skin on an arm."""
 
     def __init__(self, eye: SimulatedSkin, world: World, arm: Wearer) -> None:
         self._eye, self._world, self._arm = eye, world, arm
         self._begin: float | None = None
 
     def poll(self, now: float) -> Sequence[SensorFrame]:
-        """FrameSource of the sensors that are due."""
+        """Frames of the sensors that are due."""
         if self._begin is None:
             self._begin = now
         self._world.step(now - self._begin)
@@ -169,7 +169,7 @@ class RecordedFrames:
         self._begin: float | None = None
 
     def poll(self, now: float) -> Sequence[SensorFrame]:
-        """FrameSource whose recorded time has come."""
+        """Frames whose recorded time has come."""
         if self._begin is None:
             self._begin = now
         out = []
