@@ -72,7 +72,7 @@ class Run(WhichRobot):
     background: Path | None = None
     """Keep what is learned of the cell in this file and not in the cell's own."""
     ranges: Path | None = None
-    """Table of each zone's range error, from `flinch calibrate-ranges`."""
+    """Table of each zone's range error, from `flinch calibrate ranges`."""
     world: str = "honest"
     """How far the simulated truth is from what is believed: 'honest' (the error budget of a skin
     that was glued on by hand, drawn with the seed) or 'ideal', then single parts with a strength:
