@@ -26,6 +26,7 @@ from app.robot.arm import SimulatedArm
 from app.robot.blind import blind_words
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
+from app.robot.mounts import load_mounts, with_mounts
 from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin, load_skin
 from app.robot.tables import AS_IT_IS, Choice
@@ -65,6 +66,7 @@ class Setup:
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
     ranges: Path | None = None  # table of the zones' range errors
+    mounts: Path | None = None  # overlay on the layout: where the sensors really sit
     stray: float = 0.0  # share of zones and frames with a return from nothing
     driver: str = SIMULATED  # or ur:HOST
     armed: bool = False  # may a real arm be moved? only watched otherwise
@@ -282,9 +284,9 @@ def choose_skin(setup: Setup, robot: Robot) -> Skin:
     if robot.layout is None:
         raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
     skin = load_skin(robot.layout, robot)
-    if setup.ranges is None:
-        return skin
-    return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
+    if setup.ranges is not None:
+        skin = replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
+    return with_mounts(skin, load_mounts(setup.mounts), robot) if setup.mounts else skin
 
 
 def build_robot_and_skin(setup: Setup) -> tuple[Robot, Skin]:

@@ -73,6 +73,8 @@ class Run(WhichRobot):
     """Keep what is learned of the cell in this file and not in the cell's own."""
     ranges: Path | None = None
     """Table of each zone's range error, from `flinch calibrate-ranges`."""
+    mounts: Path | None = None
+    """Where the sensors really sit, from `flinch calibrate mounts`."""
     stray: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
@@ -112,7 +114,7 @@ class Run(WhichRobot):
         setup = self.setup(
             scene=self.scene, cell=self.cell, sensors=self.sensors, rate=self.rate, seed=self.seed,
             stray=self.stray, program=self.program, ghost=self.ghost,
-            background=self.background, ranges=self.ranges,
+            background=self.background, ranges=self.ranges, mounts=self.mounts,
             driver=self.driver, armed=self.arm,
         )  # fmt: skip
         if self.headless:

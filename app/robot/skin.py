@@ -134,6 +134,7 @@ class Skin:
     cone:   (K,) [rad] half angle of the cone round the axis that holds all rays of a sensor.
     traits: what the sensors' types say, for kernels.
     ranges: what each zone's range is wrong by, where that was measured.
+    late:   [s] how much later than its light the stamp of a frame is, where that was measured.
     """
 
     title: str
@@ -152,6 +153,7 @@ class Skin:
     cone: Array
     traits: Traits
     ranges: RangeTable | None = None
+    late: float = 0.0
 
     @property
     def count(self) -> int:
