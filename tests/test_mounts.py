@@ -12,7 +12,8 @@ from app.messages import JointState, SensorFrame
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.mounts import MountsTable, MountTable, load_mounts, save_mounts, with_mounts
 from app.robot.ranges import RangeTable
-from app.robot.skin import Skin, load_skin
+from app.robot.skin import Skin
+from app.robot.skin_file import load_skin
 
 
 @pytest.fixture(scope="module")
@@ -98,6 +99,19 @@ def test_a_frame_with_a_late_stamp_is_placed_where_the_arm_was(robot: Robot, ski
         perception._take([frame], Rules())
         places.append(perception._cloud.newest().points[skin.zones(0)].copy())
     np.testing.assert_allclose(places[0], places[1], atol=1e-12)
+
+
+def test_what_was_measured_is_in_less_doubt(robot: Robot, skin: Skin) -> None:
+    one = MountTable(
+        name="ring1-01", sigma_mm=0.4, sigma_deg=0.1, zone_percent=(0.0,) * 64,
+        zone_sigma_percent=0.3,
+    )  # fmt: skip
+    doubt = with_mounts(skin, mounts_of(skin, one), robot).doubt
+    assert doubt.position[0] == pytest.approx(0.4e-3)
+    assert doubt.angle[0] == pytest.approx(np.radians(0.1))
+    assert doubt.share[0] == pytest.approx(0.003)
+    assert doubt.time[0] == pytest.approx(0.001)
+    np.testing.assert_array_equal(doubt.position[1:], skin.doubt.position[1:])
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ class Run(WhichRobot):
     background: Path | None = None
     """Keep what is learned of the cell in this file and not in the cell's own."""
     ranges: Path | None = None
-    """Table of each zone's range error, from `flinch calibrate-ranges`."""
+    """Table of each zone's range error, from `flinch calibrate ranges`."""
     mounts: Path | None = None
     """Where the sensors really sit, from `flinch calibrate mounts`."""
     stray: float = 0.0

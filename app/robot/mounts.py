@@ -37,6 +37,7 @@ from msgspec import Meta
 
 from app.errors import RobotError, options
 from app.messages import Array, freeze
+from app.robot.doubt import Doubt
 from app.robot.model import Robot
 from app.robot.posture import rotation_matrix
 from app.robot.ranges import RangeTable
@@ -117,7 +118,8 @@ def with_mounts(skin: Skin, mounts: MountsTable, robot: Robot) -> Skin:
     sensors = tuple(_mounted(skin, s, of.get(s.name)) for s in skin.sensors)
     _check_places(skin, of)
     new = build_skin(skin.title, sensors, robot)
-    return replace(new, ranges=_ranges(skin, of), late=mounts.late_ms / 1e3)
+    doubt = _doubt(skin, of, mounts.late_sigma_ms / 1e3)
+    return replace(new, ranges=_ranges(skin, of), late=mounts.late_ms / 1e3, doubt=doubt)
 
 
 def _lines(table: Table) -> list[str]:
@@ -174,6 +176,23 @@ def _check_places(skin: Skin, of: dict[str, MountTable]) -> None:
                 f"`place`, or {MAKE}"
             )
         taken[place] = s.name
+
+
+def _doubt(skin: Skin, of: dict[str, MountTable], late_sigma: float) -> Doubt:
+    """What is known of the sensors that the overlay names, and of all stamps."""
+    position, angle, share = (
+        a.copy() for a in (skin.doubt.position, skin.doubt.angle, skin.doubt.share)
+    )
+    for k, s in enumerate(skin.sensors):
+        if m := of.get(s.name):
+            position[k], angle[k] = m.sigma_mm / 1e3, np.radians(m.sigma_deg)
+            if m.zone_percent:
+                share[k] = m.zone_sigma_percent / 100
+    time = np.full(skin.count, late_sigma)
+    return replace(
+        skin.doubt, position=freeze(position), angle=freeze(angle), share=freeze(share),
+        time=freeze(time),
+    )  # fmt: skip
 
 
 def _ranges(skin: Skin, of: dict[str, MountTable]) -> RangeTable | None:
