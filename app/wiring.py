@@ -26,6 +26,7 @@ from app.robot.arm import SimulatedArm
 from app.robot.blind import blind_words
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
+from app.robot.mounts import load_mounts, with_mounts
 from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin
 from app.robot.skin_file import load_skin
@@ -68,6 +69,7 @@ class Setup:
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
     ranges: Path | None = None  # table of the zones' range errors
+    mounts: Path | None = None  # overlay on the layout: where the sensors really sit
     stray: float = 0.0  # share of zones and frames with a return from nothing
     driver: str = SIMULATED  # or ur:HOST
     armed: bool = False  # may a real arm be moved? only watched otherwise
@@ -292,9 +294,9 @@ def build_robot(setup: Setup) -> Robot:
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
     """What is believed of the layout whose covers the robot wears, as `build_robot` chose it."""
     skin = lay_out(robot)
-    if setup.ranges is None:
-        return skin
-    return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
+    if setup.ranges is not None:
+        skin = replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
+    return with_mounts(skin, load_mounts(setup.mounts), robot) if setup.mounts else skin
 
 
 def lay_out(robot: Robot) -> Skin:

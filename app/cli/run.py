@@ -73,6 +73,8 @@ class Run(WhichRobot):
     """Keep what is learned of the cell in this file and not in the cell's own."""
     ranges: Path | None = None
     """Table of each zone's range error, from `flinch calibrate ranges`."""
+    mounts: Path | None = None
+    """Where the sensors really sit, from `flinch calibrate mounts`."""
     world: str = "honest"
     """How far the simulated truth is from what is believed: 'honest' (the error budget of a skin
     that was glued on by hand, drawn with the seed) or 'ideal', then single parts with a strength:
@@ -117,7 +119,8 @@ class Run(WhichRobot):
         setup = self.setup(
             scene=self.scene, cell=self.cell, sensors=self.sensors, rate=self.rate, seed=self.seed,
             stray=self.stray, program=self.program, ghost=self.ghost,
-            background=self.background, ranges=self.ranges, world=self.world,
+            background=self.background, ranges=self.ranges, mounts=self.mounts,
+            world=self.world,
             driver=self.driver, armed=self.arm,
         )  # fmt: skip
         if self.headless:
