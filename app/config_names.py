@@ -30,7 +30,7 @@ ELSEWHERE = {
     "it is a fact of the sensor's type now, in static_assets/sensors",
 ) | dict.fromkeys(
     ("eps_min", "eps_base", "eps_sigmas"),
-    "the robot's eps_m and eps_edge_m hold what `flinch calibrate-filter` finds",
+    "the robot's eps_m and eps_edge_m hold what `flinch calibrate filter` finds",
 )  # fmt: skip
 CONSTANT = {
     "delta", "lambda_safety", "v_safe", "lambda_p", "lambda_o", "kappa", "v_ach_min", "lambda_r",

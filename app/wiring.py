@@ -27,7 +27,8 @@ from app.robot.blind import blind_words
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
 from app.robot.ranges import complete, load_ranges
-from app.robot.skin import Skin, load_skin
+from app.robot.skin import Skin
+from app.robot.skin_file import load_skin
 from app.robot.tables import AS_IT_IS, Choice
 from app.runtime import Engine
 from app.sensing.error_model import ErrorModel

@@ -19,7 +19,7 @@ from app.cell.files import BoxTable, CellTable, PlaneTable
 from app.messages import Array
 from app.robot.layout import read_layout
 from app.robot.model import load_robot
-from app.robot.skin import RingTable, SensorTable, SkinTable, load_skin
+from app.robot.skin_file import RingTable, SensorTable, SkinTable, load_skin
 from app.robot.tables import CoverTable, RobotTable, ToolTable
 
 HERE = Path(__file__).parent

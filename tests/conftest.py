@@ -9,7 +9,8 @@ from hypothesis import settings
 from playwright.sync_api import Browser, Error, sync_playwright
 
 from app.robot.model import Robot, find_robot, load_robot
-from app.robot.skin import Skin, load_skin
+from app.robot.skin import Skin
+from app.robot.skin_file import load_skin
 
 # derandomize: the same examples in every run. No deadline: a first call may compile for seconds.
 settings.register_profile("flinch", derandomize=True, deadline=None, database=None)

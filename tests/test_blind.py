@@ -10,7 +10,7 @@ import trimesh
 from app.cli import main
 from app.robot.blind import blind_sensors, blind_words
 from app.robot.model import find_robot, load_robot, load_urdf
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.robot.tables import Choice
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine

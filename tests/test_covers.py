@@ -12,7 +12,7 @@ from app.robot.file_cache import SUMS, cached_folder
 from app.robot.meshes import BodyMesh
 from app.robot.model import find_robot, load_robot
 from app.robot.roundness import circle, round_stretch
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.robot.tables import Choice
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin

@@ -10,7 +10,7 @@ import trimesh
 from app.checks.doctor import examine, to_table
 from app.cli import main
 from app.robot.model import find_robot, load_robot
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.robot.tables import Choice
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from app.cli import main
 from app.errors import SensorError
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.sensing.port_spec import named_sensors
 from app.sensing.replay import read_recording
 from app.sensing.wire.detect import FORMATS

@@ -4,18 +4,13 @@ import re
 import shutil
 import subprocess
 import tomllib
-from dataclasses import fields
+from dataclasses import fields, is_dataclass
 from pathlib import Path
+from typing import get_args, get_type_hints
 
 import pytest
 
-from app.cli import Run
-from app.cli.bench import Bench
-from app.cli.experiment import Experiment
-from app.cli.new_robot import NewRobot
-from app.cli.ranges import CalibrateRanges
-from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate
-from app.cli.ur import Ur
+from app.cli import COMMANDS
 from app.config import tunables
 from app.control.registry import kinds
 
@@ -23,6 +18,14 @@ ROOT = Path(__file__).parent.parent
 # The machine that a file was written on, and the place that its packages came from.
 PRIVATE_PATH = re.compile(r"(?<![\w.])/(home|root|Users|work|opt)/\w")
 REGISTRY = re.compile(r"\b(py(pi|thon[h]osted)|npmjs|(ana)?conda)\.(org|com|io)\b")
+
+
+def flags_of(command) -> set[str]:
+    """Of a command and of all of its sub-commands."""
+    kinds = get_type_hints(command)
+    inner = [c for kind in kinds.values() for c in get_args(kind) if is_dataclass(c)]
+    own = {f.name.replace("_", "-") for f in fields(command)}
+    return own.union(*map(flags_of, inner))
 
 
 def tracked_texts() -> list[tuple[str, str]]:
@@ -101,9 +104,7 @@ def test_every_flag_in_the_readme_exists() -> None:
     text = (ROOT / "README.md").read_text("utf-8")
     used = set(re.findall(r"^\.venv/bin/flinch .*?(?=\s{2,}#|$)", text, re.M))
     flags = {flag for line in used for flag in re.findall(r"--([a-z-]+)", line)}
-    skins = (CalibrateFilter, CalibrateRanges, SkinCheck, SkinEmulate)
-    commands = (Run, Bench, Experiment, Ur, NewRobot, *skins)
-    known = {f.name.replace("_", "-") for command in commands for f in fields(command)} | {
+    known = {flag for command in COMMANDS.values() for flag in flags_of(command)} | {
         t.name.replace("_", "-") for t in tunables()
     }
     assert flags and flags <= known

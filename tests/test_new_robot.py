@@ -9,19 +9,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
+from app.cli.ranges import CalibrateRanges
 
 from app.cli import Run, main
 from app.cli.bench import Bench
 from app.cli.doctor import Doctor
 from app.cli.kernels import Kernels
-from app.cli.ranges import CalibrateRanges
 from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate
 from app.cli.which import WhichRobot
 from app.config import Params
 from app.errors import RobotError
 from app.robot.draft import Wish, parse_wish, write_draft
 from app.robot.model import find_robot, load_robot
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.robot.tables import Choice
 from app.wiring import Setup
 

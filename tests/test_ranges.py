@@ -79,7 +79,7 @@ def test_a_table_survives_its_file(tmp_path):
     with pytest.raises(SensorError, match="this skin has 192"):
         load_ranges(file, 192)
     file.write_text("not a table")
-    with pytest.raises(SensorError, match="calibrate-ranges"):
+    with pytest.raises(SensorError, match="calibrate ranges"):
         load_ranges(file, 128)
 
 
@@ -96,5 +96,5 @@ def test_simulated_walls_find_the_bias_of_the_simulated_zones(robot, skin):
 
 
 def test_a_recorded_wall_needs_its_distance(tmp_path: Path, capsys):
-    assert main(["calibrate-ranges", "somewhere.csv", str(tmp_path / "r.txt")]) == 1
+    assert main(["calibrate", "ranges", "somewhere.csv", str(tmp_path / "r.txt")]) == 1
     assert "--distance" in capsys.readouterr().err

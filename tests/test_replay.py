@@ -76,7 +76,7 @@ def test_no_text_raises_anything_but_a_sensor_error(tmp_path_factory, lines):
 
 
 def test_frames_of_8x8_are_refused_on_a_4x4_sensor(tmp_path, robot):
-    from app.robot.skin import load_skin
+    from app.robot.skin_file import load_skin
 
     sparse = load_skin(robot.folder / "skin/sparse-4x4.toml", robot)
     recording = read_recording(write(tmp_path, block(0)))

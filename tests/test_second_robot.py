@@ -9,7 +9,7 @@ import trimesh
 from app.cli import main
 from app.config import Params
 from app.robot.model import find_robot, load_robot
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
 from app.studies.headless import run

@@ -18,7 +18,7 @@ from app.perception.flow import no_frames, renew_frames
 from app.perception.memory import Memory
 from app.perception.rules import Rules
 from app.robot.sensor_type import load_sensor_type
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.open_ports import open_skin
 from app.sensing.port_spec import PortSpec, parse_ports

@@ -8,7 +8,7 @@ import pytest
 
 from app.actions import UseSensor
 from app.messages import SensorHealth, Verdict
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.ui.colours import POINT, css
 from app.ui.panels.health_panel import HealthPanel, latency
 from app.ui.panels.sensors_panel import SensorsPanel, zone_picture

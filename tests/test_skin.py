@@ -8,7 +8,8 @@ import pytest
 from app.errors import RobotError
 from app.robot.model import find_robot, load_robot
 from app.robot.sensor_type import load_sensor_type
-from app.robot.skin import Sensor, build_skin, load_skin, zone_directions
+from app.robot.skin import Sensor, build_skin, zone_directions
+from app.robot.skin_file import load_skin
 from app.robot.tables import Choice
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin

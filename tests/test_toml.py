@@ -9,7 +9,7 @@ from msgspec import inspect
 from app.cell.files import CellTable
 from app.control.programs import ProgramTable
 from app.errors import ConfigError
-from app.robot.skin import SkinTable
+from app.robot.skin_file import SkinTable
 from app.robot.tables import RobotTable
 from app.toml import Name, Positive, Table, Vector, checked
 from app.world.tables import SceneTable, ShapeTable

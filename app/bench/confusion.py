@@ -82,7 +82,7 @@ def confusion(robot: Robot, skin: Skin, seed: int) -> tuple[list[dict[str, Any]]
 
 
 def _calibrated_ranges(noise: Noise, skin: Skin) -> RangeTable:
-    """What `flinch calibrate-ranges` would find of these sensors."""
+    """What `flinch calibrate ranges` would find of these sensors."""
     walls = []
     for d in DISTANCES:
         frames = np.array([noise.measured(np.full(noise.bias.shape, d)) for _ in range(FRAMES)])
@@ -110,7 +110,7 @@ def _calibrated_eps(
     robot: Robot, skin: Skin, judge: SelfFilter, ranges: RangeTable, noise: Noise,
     samples: list[Sample],
 ) -> Array:  # fmt: skip
-    """Thresholds (L, 2) [m] that `flinch calibrate-filter` would suggest."""
+    """Thresholds (L, 2) [m] that `flinch calibrate filter` would suggest."""
     rules, parts = Rules(), []
     everyone, slots = np.arange(skin.count), np.arange(skin.slots)
     least = skin.traits.limits[skin.sensor_of, 0]

@@ -1,4 +1,4 @@
-"""`flinch calibrate-filter`: thresholds for the self filter from returns of the robot itself."""
+"""`flinch calibrate filter`: thresholds for the self filter from returns of the robot itself."""
 
 from pathlib import Path
 from typing import Any
@@ -84,7 +84,7 @@ def calibrate(setup: Setup, recording: str) -> Report:
             values = ", ".join(f"{name} = {eps:.4f}" for name, eps in known.items())
             field = "eps_m" if key == "eps" else "eps_edge_m"
             rows.append({"name": "for robot.toml", "line": f"{field} = {{ {values} }}"})
-    return Report("calibrate-filter", setup.seed, rows)
+    return Report("calibrate filter", setup.seed, rows)
 
 
 def histogram_text(histogram: Any) -> str:

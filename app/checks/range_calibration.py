@@ -1,4 +1,4 @@
-"""`flinch calibrate-ranges`: each zone's error, from walls at known distances."""
+"""`flinch calibrate ranges`: each zone's error, from walls at known distances."""
 
 from pathlib import Path
 from typing import Any
@@ -43,7 +43,7 @@ def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) 
         table = with_wall(table, skin.first, k, d, offset)
     assert table is not None
     save_ranges(file, table)
-    return Report("calibrate-ranges", setup.seed, rows)
+    return Report("calibrate ranges", setup.seed, rows)
 
 
 def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, float, Array]]:

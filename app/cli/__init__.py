@@ -12,14 +12,14 @@ from typing import Any
 import tyro
 
 from app.cli.bench import Bench
+from app.cli.calibrate import Calibrate
 from app.cli.doctor import Doctor
-from app.cli.experiment import Experiment
+from app.cli.experiments import Experiment
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
-from app.cli.ranges import CalibrateRanges
 from app.cli.run import Run
 from app.cli.settings import Settings
-from app.cli.skin import CalibrateFilter, SkinCommand
+from app.cli.skin import SkinCommand
 from app.cli.ur import Ur
 from app.config_names import moved
 from app.errors import ConfigError, FlinchError
@@ -30,8 +30,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "run": Run,
     "bench": Bench,
     "doctor": Doctor,
-    "calibrate-filter": CalibrateFilter,
-    "calibrate-ranges": CalibrateRanges,
+    "calibrate": Calibrate,
     "skin": SkinCommand,
     "experiment": Experiment,
     "ur": Ur,

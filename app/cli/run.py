@@ -74,7 +74,7 @@ class Run(WhichRobot):
     background: Path | None = None
     """Keep what is learned of the cell in this file and not in the cell's own."""
     ranges: Path | None = None
-    """Table of each zone's range error, from `flinch calibrate-ranges`."""
+    """Table of each zone's range error, from `flinch calibrate ranges`."""
     stray: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT

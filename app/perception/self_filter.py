@@ -26,7 +26,7 @@ from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-# of links without thresholds of their own (`flinch calibrate-filter`): meshes, poses and the bias
+# of links without thresholds of their own (`flinch calibrate filter`): meshes, poses and the bias
 # of zones together are off by up to 2 cm; below 3 cm edges of links pass as obstacles
 BASE, LEAST = 0.02, 0.03  # [m]
 CALIBRATED = 1e-3  # [m] smallest threshold of a link with one of its own: meshes are no better

@@ -21,7 +21,7 @@ from app.robot.bolted import bolt, read_solid
 from app.robot.file_cache import cached_folder
 from app.robot.meshes import BodyMesh
 from app.robot.roundness import BINS, OFF, outline
-from app.robot.skin import RingTable, SkinTable, ring_axes
+from app.robot.skin_file import RingTable, SkinTable, ring_axes
 from app.robot.tables import CoverTable
 from app.robot.urdf import link_names
 

@@ -18,7 +18,7 @@ from app.robot.draft_text import Ring, layout_text, robot_text
 from app.robot.draft_urdf import copy_urdf
 from app.robot.model import Robot, load_robot, load_urdf
 from app.robot.roundness import Stretch, across, circle, round_stretch
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from app.robot.tables import Bodies, Choice
 
 LENS = 0.0173  # [m] of a lens above its link: room for a sensor's board in a cover, as on the UR10e

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from app.assets import asset_folder
 from app.errors import RobotError
-from app.robot.skin import SkinTable
+from app.robot.skin_file import SkinTable
 from app.toml import read_toml
 
 NONE = "none"

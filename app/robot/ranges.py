@@ -101,11 +101,11 @@ def load_ranges(path: Path, slots: int) -> RangeTable:
         offset = np.loadtxt(path, ndmin=2)
     except (OSError, ValueError) as e:
         raise SensorError(
-            f"{path}: is no table of ranges ({e}); write one with flinch calibrate-ranges"
+            f"{path}: is no table of ranges ({e}); write one with flinch calibrate ranges"
         ) from e
     if len(at) == 0 or offset.shape != (slots, len(at)) or np.any(np.diff(at) <= 0.0):
         raise SensorError(
             f"{path}: has {len(offset)} zones at {len(at)} distances, this skin has "
-            f"{slots}; give the file of this skin, or measure it with calibrate-ranges"
+            f"{slots}; give the file of this skin, or measure it with calibrate ranges"
         )
     return RangeTable(freeze(at), freeze(offset))

@@ -16,7 +16,8 @@ from app.config import Params, tunables
 from app.messages import Goal, Mode, Snapshot
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot, find_robot, load_robot
-from app.robot.skin import Skin, load_skin
+from app.robot.skin import Skin
+from app.robot.skin_file import load_skin
 from app.runtime import Engine
 from app.sensing.simulated import SimulatedSkin
 from app.timing import WallClock

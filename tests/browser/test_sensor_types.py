@@ -12,7 +12,7 @@ from playwright.sync_api import Page as Window
 from app.actions import AddObstacle
 from app.messages import Verdict
 from app.robot.model import find_robot, load_robot
-from app.robot.skin import load_skin
+from app.robot.skin_file import load_skin
 from tests import mixed_skin
 
 pytestmark = pytest.mark.browser

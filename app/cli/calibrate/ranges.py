@@ -1,4 +1,4 @@
-"""`flinch calibrate-ranges`: what each zone's range is wrong by."""
+"""`flinch calibrate ranges`: what each zone's range is wrong by."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,0 +1,28 @@
+"""`flinch calibrate filter`: thresholds of the self filter."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import tyro
+
+from app.cli.which import WhichRobot
+
+
+@dataclass(frozen=True)
+class CalibrateFilter(WhichRobot):
+    """Suggest the self filter's threshold of each link from returns of the robot itself."""
+
+    recording: tyro.conf.Positional[str]
+    """'simulated', or PATH[@SENSOR]: an arm at rest at home with nothing near it."""
+    ranges: Path | None = None
+    """Table of each zone's range error, from `flinch calibrate ranges`."""
+    seed: int = 0
+    """Seed of a simulated calibration."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __call__(self) -> None:
+        from app.checks.filter_calibration import calibrate
+
+        report = calibrate(self.setup(seed=self.seed, ranges=self.ranges), self.recording)
+        print(report.to_json() if self.json else report.to_text())

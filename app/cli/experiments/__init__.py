@@ -1,0 +1,22 @@
+"""`flinch experiment`: controllers, filters and faults tried against each other; one file each."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import tyro
+
+from app.cli.experiments.tradeoff import Tradeoff
+from app.cli.experiments.worlds import Worlds
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """Try things against each other, in simulation. Takes minutes; hours with many runs."""
+
+    what: tyro.conf.OmitArgPrefixes[
+        Annotated[Worlds, tyro.conf.subcommand("worlds", prefix_name=False)]
+        | Annotated[Tradeoff, tyro.conf.subcommand("tradeoff", prefix_name=False)]
+    ]
+
+    def __call__(self) -> None:
+        self.what()

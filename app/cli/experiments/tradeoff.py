@@ -1,0 +1,44 @@
+"""`flinch experiment tradeoff`: clearance against goal in the paper's scenes."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from app.errors import ConfigError
+
+
+@dataclass(frozen=True)
+class Tradeoff:
+    """Run every controller in the paper's scenes, over the distance that is kept."""
+
+    seconds: float = 10.0
+    """Length of each run before a plate [s]."""
+    cell_seconds: float = 40.0
+    """Length of the runs beside the person [s]."""
+    seeds: int = 3
+    """Number of runs of each point beside the person, each with its own seed."""
+    seed: int = 0
+    """Seed of the noise and of the people's habits."""
+    plot: Path | None = None
+    """Also draw the points into this PNG or SVG file."""
+    json: bool = False
+    """Print one JSON object."""
+
+    def __post_init__(self) -> None:
+        if self.seeds < 1 or not (0.0 < self.seconds < 1e6 and 0.0 < self.cell_seconds < 1e6):
+            raise ConfigError("seeds, seconds and cell-seconds must be positive")
+        if self.plot is not None:
+            from app.plot import check_plot
+
+            check_plot(self.plot)
+
+    def __call__(self) -> None:
+        from app.studies.tradeoff import tradeoff
+
+        report = tradeoff(
+            seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed, seeds=self.seeds
+        )
+        if self.plot is not None:
+            from app.plot import plot_tradeoff
+
+            plot_tradeoff(report.rows, self.plot)
+        print(report.to_json() if self.json else report.to_text())
