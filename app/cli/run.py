@@ -53,10 +53,12 @@ class Run(WhichRobot):
     obstacles, and the arm keeps out of it. What is learned on the page is kept in your own file."""
     sensors: str = "simulated"
     """'simulated'; 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor); or
-    'serial:PORT[@BAUD][#FORMAT][=SENSORS]', several ports separated by commas, 'serial:auto' to
-    look for them (formats binary, f, table, lines, the last two also with -plain where columns
-    are printed from the left; SENSORS is a sensor's or a ring's name, needed where the format
-    names none). '+simulated' after the last two simulates the sensors that are left."""
+    'serial:PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]', several ports separated by commas,
+    'serial:auto' to look for them (formats binary, f, table, lines, the last two also with -plain
+    where columns are printed from the left; SENSORS is a sensor's or a ring's name, needed where
+    the format names none; MS from a measurement's middle to its arrival, or to its board's stamp,
+    estimated where it is left out). '+simulated' after the last two simulates the sensors that are
+    left."""
     driver: str = "simulated"
     """'simulated' or 'ur:HOST': a UR on the network, only watched without --arm."""
     arm: bool = False

@@ -19,7 +19,8 @@ class SkinCheck(WhichRobot):
     show: Literal["wall", "hand"] = "wall"
     """A flat wall, or a hand that goes from left to right and then from top to bottom."""
     sensors: str = "simulated"
-    """'simulated[@SENSOR]', PATH[@SENSOR] of a recording, or 'serial:PORT=SENSOR'."""
+    """'simulated[@SENSOR]', PATH[@SENSOR] of a recording, or 'serial:PORT=SENSOR', with
+    ':latency_ms=MS' if known."""
     seed: int = 0
     """Seed of the simulated noise."""
     json: bool = False
