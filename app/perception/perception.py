@@ -148,6 +148,8 @@ class Perception:
 
     def _take(self, frames: Sequence[SensorFrame], rules: Rules) -> None:
         """Judge new frames, each at the posture that the arm had when it was measured."""
+        if late := self._skin.late:
+            frames = [replace(f, stamp=f.stamp - late) for f in frames]
         for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
             then = self._robot.posture(self._history.at(stamp))
             together = list(group)
