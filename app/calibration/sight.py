@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from app.calibration.planes import Plane
 from app.messages import Array
-from app.raycast import Beams, no_hits, Solids
+from app.raycast import Beams, Solids, no_hits
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin, zone_directions
