@@ -158,7 +158,7 @@ class Perception:
         for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
             then = self._robot.posture(self._history.at(stamp))
             together = list(group)
-            self._cloud.add_frames(together, then, rules)
+            self._cloud.add_frames(together, then, rules, self._history.speed(stamp))
             if rules.memory or rules.obstacle_speed:
                 sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
                 if rules.obstacle_speed:
