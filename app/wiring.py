@@ -134,8 +134,10 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     return engine
 
 
-def plant_alone(setup: Setup, robot: Robot, skin: Skin, clock: Clock) -> RealPlant:
-    """Arm and sensors without a brain: whoever reads it moves the arm himself."""
+def plant_alone(
+    setup: Setup, robot: Robot, skin: Skin, clock: Clock
+) -> tuple[RealPlant, Source]:
+    """Arm and sensors without a brain, whoever reads it moves the arm himself; and the sensors."""
     scene = load_scene(find_scene(setup.scene), setup.seed)
     source, world = _source(setup, robot, skin, scene, clock)
     try:
@@ -144,7 +146,7 @@ def plant_alone(setup: Setup, robot: Robot, skin: Skin, clock: Clock) -> RealPla
     except BaseException:
         source.close()
         raise
-    return build_plant(robot, skin, arm, source, world)
+    return build_plant(robot, skin, arm, source, world), source
 
 
 @dataclass(frozen=True)
