@@ -134,6 +134,21 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     return engine
 
 
+def plant_alone(
+    setup: Setup, robot: Robot, skin: Skin, clock: Clock
+) -> tuple[RealPlant, Source]:
+    """Arm and sensors without a brain, whoever reads it moves the arm himself; and the sensors."""
+    scene = load_scene(find_scene(setup.scene), setup.seed)
+    source, world = _source(setup, robot, skin, scene, clock)
+    try:
+        home = choose_home(setup, scene, robot)
+        arm = _arm(setup, robot, home if world is not None else None, _encoders(source))
+    except BaseException:
+        source.close()
+        raise
+    return build_plant(robot, skin, arm, source, world), source
+
+
 @dataclass(frozen=True)
 class Start:
     """What an engine knows and does at first.
