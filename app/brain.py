@@ -26,6 +26,7 @@ from app.errors import FlinchError
 from app.guard import Guard
 from app.messages import Array, Command, Goal, JointState, Mode, freeze
 from app.perception.blindness import Cones
+from app.perception.perceiver import Perceiver
 from app.perception.perception import Percept, Perception
 from app.perception.self_filter import SelfFilter
 from app.perception.tree import Forest
@@ -56,10 +57,12 @@ class Brain:
         goal: Goal | None = None,
         programs: Mapping[str, Program] | None = None,
         begin: Mode = Mode.RUNNING,
+        perception: Perceiver | None = None,
     ) -> None:
+        """perception: a study's own; None, and everywhere else: what follows from frames."""
         self.robot, self.skin, self.cell = robot, skin, cell or Cell()
         self._born = params or Params(), goal, dict(programs or {}), begin
-        self._perception = Perception(robot, skin, self.cell)
+        self._perception = perception or Perception(robot, skin, self.cell)
         self._controllers = Controllers(robot, self.cell)
         self.reset()
 

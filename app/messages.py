@@ -142,6 +142,9 @@ class Pairs:
     closest:  row of the smallest distance of what can move, -1 if the cloud is empty.
     approach: (B,) [m/s] speed of the world's point along the normal, positive = it comes
               nearer; zero when unsure. None: not estimated.
+    approach_sigma: (B,) [m/s] 1 sigma of it. None: not estimated.
+    sigma:    (B,) [m] 1 sigma of the distance as measured, +inf without a point. None: not
+              estimated.
     age:      (B,) [s] since the world's point was measured, +inf without a point. None: not
               asked for.
     source:   (B,) int, which measured pair each one follows, -1 of one that is out of sight for
@@ -156,6 +159,8 @@ class Pairs:
     slot: NDArray[np.intp]
     closest: int
     approach: Array | None = None
+    approach_sigma: Array | None = None
+    sigma: Array | None = None
     age: Array | None = None
     source: NDArray[np.intp] | None = None
 

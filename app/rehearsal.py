@@ -15,6 +15,7 @@ from app.config import MODES, Params, change, tunables
 from app.control.controller import Situation
 from app.control.unseen import Unseen
 from app.messages import Command, Goal, JointState, Pairs, SensorFrame, freeze
+from app.perception.perception import Perception
 from app.robot.model import Robot
 from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
@@ -39,7 +40,8 @@ def rehearse(
     second once they are kept on disk.
     """
     with told(progress):
-        brain = Brain(robot, skin, cell, params, goal=_aside(robot))
+        perception = Perception(robot, skin, cell)  # its parts have to be called as well
+        brain = Brain(robot, skin, cell, params, goal=_aside(robot), perception=perception)
         stamp = 0.0
         for mode in tuple(MODES):
             for name in ("mode", *SWITCHES):
@@ -52,7 +54,7 @@ def rehearse(
                     out = brain.tick(_inputs(robot, skin, stamp, depth))
                     if out.trace:
                         raise RuntimeError(f"rehearsing {mode} with {name} turned\n{out.trace}")
-        _seldom(brain, stamp)
+        _seldom(brain, perception, stamp)
 
 
 def turned(params: Params, name: str) -> Params:
@@ -86,9 +88,9 @@ def _full_frame(k: int, kind: SensorType, stamp: float, depth: float) -> SensorF
     )
 
 
-def _seldom(brain: Brain, stamp: float) -> None:
+def _seldom(brain: Brain, perception: Perception, stamp: float) -> None:
     """What only happens when something moves, sensors cannot tell, or a tick fails."""
-    brain._perception._memory.mark_moving(np.zeros((1, 3)), stamp)
+    perception._memory.mark_moving(np.zeros((1, 3)), stamp)
     robot = brain.robot
     nothing, none = np.empty((0, 3)), np.empty(0, dtype=np.int64)
     nothing_near = Pairs(none, np.empty(0), nothing, nothing, nothing, none, closest=-1)

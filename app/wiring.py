@@ -18,6 +18,7 @@ from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
 from app.keeper import Keeper
 from app.messages import Array, Goal, Mode, freeze
+from app.perception.perceiver import Perceiver
 from app.plant.mixed import MixedPlant
 from app.plant.plant import Arm
 from app.plant.real import RealPlant
@@ -26,11 +27,13 @@ from app.robot.arm import SimulatedArm
 from app.robot.blind import blind_words
 from app.robot.descriptions import PREFIX, find_description
 from app.robot.model import Robot, find_robot, load_robot, load_urdf
+from app.robot.mounts import load_mounts, with_mounts
 from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin
 from app.robot.skin_file import load_skin
 from app.robot.tables import AS_IT_IS, Choice
 from app.runtime import Engine
+from app.sensing.budget import read_budget
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
 from app.sensing.open_ports import open_skin
@@ -46,6 +49,7 @@ from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
 SIMULATED = "simulated"
+SimulatedEyes = SimulatedSkin | SimulatedSkinApart | MixedSkin
 PICTURE = 1.0 / 60.0  # [s] a page shows no more of the world than this
 
 
@@ -66,14 +70,17 @@ class Setup:
     choice: Choice = AS_IT_IS  # tool, home posture, meshes to measure to
     background: Path | None = None  # file of the learned background, read and written
     ranges: Path | None = None  # table of the zones' range errors
+    mounts: Path | None = None  # overlay on the layout: where the sensors really sit
     stray: float = 0.0  # share of zones and frames with a return from nothing
     driver: str = SIMULATED  # or ur:HOST
     armed: bool = False  # may a real arm be moved? only watched otherwise
+    world: str = "honest"  # or ideal, each with single parts: honest,mounting=0 (`Budget`)
     apart: bool = False  # compute simulated frames in a process of their own: with a page
 
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
             raise ConfigError(f"rate = {self.rate:g} Hz; give a value from 50 to 500")
+        read_budget(self.world)
         if self.armed and not self.cell:
             raise ConfigError(
                 "--arm needs to know the cell, or the arm takes its own table for free space; "
@@ -97,7 +104,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     try:
         source, world = _source(setup, robot, skin, scene, clock)
         held.append(source)
-        arm = _arm(setup, robot, home if world is not None else None)
+        arm = _arm(setup, robot, home if world is not None else None, _encoders(source))
         held.append(arm)
         engine = assemble(
             robot, skin, arm, source, world, clock, rate=setup.rate,
@@ -134,6 +141,7 @@ class Start:
     cell:       the known static place, None: nothing is known.   scene: what the page calls it.
     goal:       None: the tool stays where it is.   programs: those that may be run, by name.
     look_every: [s] between two looks of onlookers at the simulated world.
+    perception: a study's own instead of the one that frames are given to.
     """
 
     cell: Cell | None = None
@@ -143,6 +151,7 @@ class Start:
     begin: Mode = Mode.RUNNING
     scene: str = ""
     look_every: float = 0.0
+    perception: Perceiver | None = None
 
 
 def assemble(
@@ -152,7 +161,7 @@ def assemble(
     """An engine of these parts; `world` None: what the sensors see is real."""
     brain = Brain(
         limited(robot, arm.limits), skin, start.cell, start.params,
-        goal=start.goal, programs=start.programs, begin=start.begin,
+        goal=start.goal, programs=start.programs, begin=start.begin, perception=start.perception,
     )  # fmt: skip
     plant = build_plant(brain.robot, skin, arm, source, world, start.look_every)
     return Engine(brain, plant, clock, rate=rate, scene=start.scene)
@@ -164,6 +173,8 @@ def build_plant(
     """The plant that these parts make; without a world what the sensors see is real."""
     if world is None:
         return RealPlant(robot, arm, source)
+    if isinstance(source, SimulatedEyes):
+        robot = source.truth.robot
     if isinstance(source, MixedSkin):
         return MixedPlant(robot, arm, source, world, skin, look_every)
     return SimulatedPlant(robot, arm, source, world, look_every)
@@ -174,10 +185,11 @@ def _ghost(setup: Setup, engine: Engine, world: World | None, source: Source, q:
     if world is None or isinstance(source, MixedSkin):
         raise ConfigError("a ghost needs a simulated world; leave --ghost or --sensors out")
     mode, brain = kind_of(setup.ghost, "ghost").name, engine.brain
-    eye = _eye(setup, brain.robot, brain.skin, world)
+    eye = _eye(setup, brain.robot, world)
     if isinstance(eye, SimulatedSkinApart):
         eye.wait()
-    plant = SimulatedPlant(brain.robot, SimulatedArm(brain.robot, q), eye, world)
+    arm = SimulatedArm(brain.robot, q, noise=eye.truth.encoders, seed=setup.seed)
+    plant = SimulatedPlant(eye.truth.robot, arm, eye, world)
     return Ghost(brain.sibling(mode), plant, mode)
 
 
@@ -219,16 +231,20 @@ def _source(
         # real sensors see a real world; drawing a simulated one would mislead
         return _real_source(real, skin, clock), None
     world = World(scene.bodies)
-    eye = _eye(setup, robot, skin, world)
+    eye = _eye(setup, robot, world)
     return (MixedSkin(_real_source(real, skin, clock), eye) if mixed else eye), world
 
 
-def _eye(
-    setup: Setup, robot: Robot, skin: Skin, world: World
-) -> SimulatedSkin | SimulatedSkinApart:
+def _eye(setup: Setup, robot: Robot, world: World) -> SimulatedSkin | SimulatedSkinApart:
+    """The truth is drawn from the skin as laid out, whatever else is believed of it."""
     kind = SimulatedSkinApart if setup.apart else SimulatedSkin
-    errors = ErrorModel(ghosts=setup.stray)
-    return kind(robot, skin, world, setup.seed, errors)
+    errors, budget = ErrorModel(ghosts=setup.stray), read_budget(setup.world)
+    return kind(robot, lay_out(robot), world, setup.seed, errors, budget=budget)
+
+
+def _encoders(source: Source) -> float:
+    """[rad] noise of a simulated arm's encoders; none beside real sensors alone."""
+    return source.truth.encoders if isinstance(source, SimulatedEyes) else 0.0
 
 
 def choose_home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
@@ -245,9 +261,9 @@ def choose_home(setup: Setup, scene: Scene, robot: Robot) -> Array | None:
     return home
 
 
-def _arm(setup: Setup, robot: Robot, home: Array | None) -> Arm:
+def _arm(setup: Setup, robot: Robot, home: Array | None, noise: float) -> Arm:
     if setup.driver == SIMULATED:
-        return SimulatedArm(robot, home)
+        return SimulatedArm(robot, home, noise=noise, seed=setup.seed)
     from app.robot.ur.driver import UrArm
 
     return UrArm(setup.driver.removeprefix("ur:"), robot, armed=setup.armed)
@@ -279,13 +295,18 @@ def build_robot(setup: Setup) -> Robot:
 
 
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
-    """The layout whose covers the robot wears, as `build_robot` chose it."""
+    """What is believed of the layout whose covers the robot wears, as `build_robot` chose it."""
+    skin = lay_out(robot)
+    if setup.ranges is not None:
+        skin = replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
+    return with_mounts(skin, load_mounts(setup.mounts), robot) if setup.mounts else skin
+
+
+def lay_out(robot: Robot) -> Skin:
+    """The skin exactly as the layout says whose covers the robot wears."""
     if robot.layout is None:
         raise RobotError(f"{robot.name} names no skin of its own; choose a layout with --skin")
-    skin = load_skin(robot.layout, robot)
-    if setup.ranges is None:
-        return skin
-    return replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
+    return load_skin(robot.layout, robot)
 
 
 def build_robot_and_skin(setup: Setup) -> tuple[Robot, Skin]:

@@ -262,7 +262,11 @@ def test_a_format_that_names_no_sensor_needs_one(skin, robot):
     named = SerialSkin(skin, [port], [PortSpec(port.name, sensors=(4,))])
     port.hear(sent, 0.2)
     (frame,) = named.poll(0.2, posture)
-    assert frame.sensor == 4 and frame.stamp == 0.2 and frame.distance == pytest.approx(0.7)
+    assert (
+        frame.sensor == 4
+        and frame.stamp == pytest.approx(0.19)
+        and frame.distance == pytest.approx(0.7)
+    )
     assert named.fault(0.2, 0.5, named.connected) == ""
     assert (
         "no status: what is within the sensor's range counts as valid"
@@ -373,6 +377,8 @@ def test_ports_are_parsed_with_speed_format_and_sensors(skin):
         ("/dev/a=ring7", "no sensor or ring 'ring7'; did you mean 'ring"),
         ("/dev/a,/dev/a", "/dev/a is given twice"),
         ("/dev/a=ring1,/dev/b=ring1-02", "both claim ring1-02"),
+        ("/dev/a:latency_ms=soon", "latency_ms = soon; give 0 to 150 ms"),
+        ("/dev/a=ring1:latency_ms=-1", "latency_ms = -1; give 0 to 150 ms"),
         ("/dev/a,", "is not understood; give PORT"),
     ],
 )

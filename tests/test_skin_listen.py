@@ -49,7 +49,7 @@ def shown(robot, skin, tmp_path):
 
 def test_a_hand_before_a_real_sensor_shows_that_its_zones_lie_right(shown, robot, skin):
     link, told = shown(binary.encode), []
-    k, depth = record_port(
+    k, depth, _ = record_port(
         f"{link}=ring2-06", robot, skin, "hand", WallClock(), told.append, seconds=PART
     )  # fmt: skip
     assert k == 15 and judge_hand(depth, skin.sensors[k])["agrees"]
@@ -60,9 +60,12 @@ def test_a_hand_before_a_real_sensor_shows_that_its_zones_lie_right(shown, robot
 def test_mirrored_lines_read_as_plain_ones_are_found_out(shown, robot, skin):
     link = shown(lines.encode)
     text = f"{link}#lines-plain=ring2-06"
-    _, depth = record_port(text, robot, skin, "hand", WallClock(), lambda _: None, seconds=PART)
+    _, depth, words = record_port(
+        text, robot, skin, "hand", WallClock(), lambda _: None, seconds=PART
+    )
     found = judge_hand(depth, skin.sensors[15])
     assert found["mirrored"] and not found["agrees"]
+    assert "latency about 2" in words  # ms: half of 20, and 150 bytes at 115200 baud
 
 
 def test_a_sensor_that_says_nothing_is_one_line(robot, skin, tmp_path):

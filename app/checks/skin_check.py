@@ -36,8 +36,9 @@ def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     port = recording.removeprefix("serial:")
     path, _, name = ("", "", "") if port != recording else recording.partition("@")
     k = skin.index(name) if name else 15 % skin.count
+    words = ""
     if port != recording:
-        k, depth = record_port(port, robot, skin, what, WallClock(), _prompt)
+        k, depth, words = record_port(port, robot, skin, what, WallClock(), _prompt)
     elif recording.startswith("simulated"):
         depth = simulate(robot, skin, k, what, setup.seed)
     else:
@@ -46,6 +47,8 @@ def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     sensor = skin.sensors[k]
     row = judge_wall(depth, sensor) if what == "wall" else judge_hand(depth, sensor)
     ok = float(bool(row.pop("agrees")))
+    if words:
+        row["port"] = words
     check = Check("agrees with the layout", ok, "", 1.0, at_least=True)
     return Report(f"skin check {what}", setup.seed, [{"name": sensor.name} | row], [check])
 

@@ -30,8 +30,9 @@ def record_port(
     clock: Clock,
     prompt: Callable[[str], None],
     seconds: float = 4.0,
-) -> tuple[int, Array]:
-    """The sensor that `text` names and its reports (F, n) [m], NaN where nothing is seen.
+) -> tuple[int, Array, str]:
+    """The sensor that `text` names, its reports (F, n) [m], NaN where nothing is seen, and what
+    its port is like, in words.
 
     `prompt` gets a sentence for the person before each part, which lasts `seconds`.
     """
@@ -56,4 +57,4 @@ def record_port(
         source.close()
     if not depth:
         raise SensorError(f"{skin.sensors[k].name} has said nothing; its port is {words}")
-    return k, np.array(depth)
+    return k, np.array(depth), words

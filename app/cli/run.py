@@ -53,10 +53,12 @@ class Run(WhichRobot):
     obstacles, and the arm keeps out of it. What is learned on the page is kept in your own file."""
     sensors: str = "simulated"
     """'simulated'; 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor); or
-    'serial:PORT[@BAUD][#FORMAT][=SENSORS]', several ports separated by commas, 'serial:auto' to
-    look for them (formats binary, f, table, lines, the last two also with -plain where columns
-    are printed from the left; SENSORS is a sensor's or a ring's name, needed where the format
-    names none). '+simulated' after the last two simulates the sensors that are left."""
+    'serial:PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]', several ports separated by commas,
+    'serial:auto' to look for them (formats binary, f, table, lines, the last two also with -plain
+    where columns are printed from the left; SENSORS is a sensor's or a ring's name, needed where
+    the format names none; MS from a measurement's middle to its arrival, or to its board's stamp,
+    estimated where it is left out). '+simulated' after the last two simulates the sensors that are
+    left."""
     driver: str = "simulated"
     """'simulated' or 'ur:HOST': a UR on the network, only watched without --arm."""
     arm: bool = False
@@ -73,6 +75,13 @@ class Run(WhichRobot):
     """Keep what is learned of the cell in this file and not in the cell's own."""
     ranges: Path | None = None
     """Table of each zone's range error, from `flinch calibrate ranges`."""
+    mounts: Path | None = None
+    """Where the sensors really sit, from `flinch calibrate mounts`."""
+    world: str = "honest"
+    """How far the simulated truth is from what is believed: 'honest' (the error budget of a skin
+    that was glued on by hand, drawn with the seed) or 'ideal', then single parts with a strength:
+    'honest,mounting=0' or 'ideal,mounting=1,late_ms=30'. Parts: mounting, encoders, kinematics,
+    time, late_ms, zones, sub, reflectance, ranges, light, cover, body."""
     stray: float = 0.0
     """Share of the simulated zones and frames that report something where nothing is."""
     port: int = DEFAULT_PORT
@@ -112,7 +121,8 @@ class Run(WhichRobot):
         setup = self.setup(
             scene=self.scene, cell=self.cell, sensors=self.sensors, rate=self.rate, seed=self.seed,
             stray=self.stray, program=self.program, ghost=self.ghost,
-            background=self.background, ranges=self.ranges,
+            background=self.background, ranges=self.ranges, mounts=self.mounts,
+            world=self.world,
             driver=self.driver, armed=self.arm,
         )  # fmt: skip
         if self.headless:

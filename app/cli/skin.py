@@ -19,7 +19,8 @@ class SkinCheck(WhichRobot):
     show: Literal["wall", "hand"] = "wall"
     """A flat wall, or a hand that goes from left to right and then from top to bottom."""
     sensors: str = "simulated"
-    """'simulated[@SENSOR]', PATH[@SENSOR] of a recording, or 'serial:PORT=SENSOR'."""
+    """'simulated[@SENSOR]', PATH[@SENSOR] of a recording, or 'serial:PORT=SENSOR', with
+    ':latency_ms=MS' if known."""
     seed: int = 0
     """Seed of the simulated noise."""
     json: bool = False
@@ -55,7 +56,9 @@ class SkinEmulate(WhichRobot):
     follow: str = ""
     """'ur:HOST': be where that UR is, a virtual one too, as it moves; default: stand at home."""
     seed: int = 0
-    """Seed of the noise and of the faults."""
+    """Seed of the noise, of the truth and of the faults."""
+    world: str = "honest"
+    """How far the truth is from the layout: as in `flinch run`."""
 
     def __call__(self) -> None:
         from app.virtual.skin.emulate import Emulation, emulate
@@ -63,7 +66,7 @@ class SkinEmulate(WhichRobot):
         what = Emulation(
             self.link, self.format, self.replay, self.faults, self.only, self.seconds, self.follow
         )
-        setup = self.setup(scene=self.scene, seed=self.seed)
+        setup = self.setup(scene=self.scene, seed=self.seed, world=self.world)
         quit_asked = threading.Event()
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, lambda *_: quit_asked.set())

@@ -7,7 +7,7 @@ Nothing behind it feeds back into it: what it believes follows from what was mea
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import groupby
 
 import numpy as np
@@ -21,9 +21,10 @@ from app.needs import Needs
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory
+from app.perception.pair_doubt import who_of, with_doubt
 from app.perception.proximity import BodyPairs, HeldPairs, ManyPairs, MountPairs
 from app.perception.rules import Rules, rules_of
-from app.perception.steadying import Steadying, aged
+from app.perception.steadying import Steadying
 from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
 from app.robot.model import Robot
@@ -69,6 +70,7 @@ class Perception:
         self._speed = ObstacleSpeed(skin)
         self._held, self._many = HeldPairs(self._body), ManyPairs(self._body)
         self._mounts, self._steadying = MountPairs(skin), Steadying()
+        self._who = who_of(skin)
         self._kind = ""  # of the pairs that are followed
 
     @property
@@ -132,8 +134,8 @@ class Perception:
         pairs = self._pairs(needs, body, points, use, posture, joints.stamp)
         if rules.obstacle_speed:
             pairs = self._speed.update(pairs, joints.stamp)
-        if needs.ages:
-            pairs = replace(pairs, age=self._ages(pairs, cloud, joints.stamp))
+        if not needs.as_published:
+            pairs = with_doubt(pairs, cloud, self._memory.seen, posture, joints, self._who)
         steady = self._steadied(pairs, posture, needs, dt)
         if rules.memory:
             self._revise_memory(body, len(cloud.points), joints.stamp, rules)
@@ -151,6 +153,8 @@ class Perception:
 
     def _take(self, frames: Sequence[SensorFrame], rules: Rules) -> None:
         """Judge new frames, each at the posture that the arm had when it was measured."""
+        if late := self._skin.late:
+            frames = [replace(f, stamp=f.stamp - late) for f in frames]
         for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
             then = self._robot.posture(self._history.at(stamp))
             together = list(group)
@@ -194,8 +198,7 @@ class Perception:
         if needs.pairs != self._kind:
             self._steadying.reset()
             self._kind = needs.pairs
-        steady = self._steadying.update(posture, pairs, needs.reach, dt)
-        return aged(steady, pairs, float(self._skin.traits.oldest.max())) if needs.ages else steady
+        return self._steadying.update(posture, pairs, needs.reach, dt)
 
     def _revise_memory(self, body: Pairs, current: int, now: float, rules: Rules) -> None:
         """Tell the memory what moves, and where the arm's own body has been."""
@@ -203,14 +206,6 @@ class Perception:
             self._memory.mark_moving(self._speed.moving(), now)
         inside = (body.distance < VISITED) & (body.slot >= current)
         self._memory.visited(body.slot[inside] - current)
-
-    def _ages(self, pairs: Pairs, cloud: Cloud, now: float) -> Array:
-        """(B,) [s] since each pair's world point was measured."""
-        age, slot, current = np.full(len(pairs.slot), np.inf), pairs.slot, len(cloud.points)
-        seen, kept = (slot >= 0) & (slot < current), slot >= current
-        age[seen] = now - cloud.stamp[self._skin.sensor_of[slot[seen]]]
-        age[kept] = self._memory.ages(slot[kept] - current, now)
-        return freeze(age)
 
 
 def _stamp(frame: SensorFrame) -> float:

@@ -3,9 +3,10 @@
 import numpy as np
 
 from app.actions import Action
-from app.messages import Array, BodyPose
+from app.messages import Array, BodyPose, JointState
 from app.plant.plant import Arm, Reading, listen, nothing_to_edit
 from app.robot.model import Robot
+from app.robot.posture import Posture
 from app.sensing.source import Source
 
 
@@ -18,10 +19,13 @@ class RealPlant:
 
     def read(self, now: float, patience: float) -> Reading:
         joints = self._arm.state(now)
-        finite = joints.q if np.isfinite(joints.q).all() else self._robot.home
-        frames, source = listen(self._source, now, self._robot.posture(finite), patience)
+        frames, source = listen(self._source, now, self._posture(joints), patience)
         report = self._arm.report(now)
         return Reading(joints, self._arm.applied(now), report, frames, source)
+
+    def _posture(self, joints: JointState) -> Posture:
+        """Where the skin is: as the joints say, at home while they say nothing."""
+        return self._robot.posture(joints.q if np.isfinite(joints.q).all() else self._robot.home)
 
     def send(self, qd: Array, dt: float) -> Array:
         return self._arm.send(qd, dt)

@@ -1,13 +1,18 @@
-"""A simulated world around the arm. Sensors, onlookers and judges look at it; no one else."""
+"""A simulated world around the arm. Sensors, onlookers and judges look at it; no one else.
+
+The robot of such a plant is the true one: its joints and links lie where they are, which is not
+quite where the brain believes them.
+"""
 
 import numpy as np
 
 from app.actions import Action, AddObstacle, MoveObstacle, RemoveObstacle
-from app.messages import BodyPose
+from app.messages import Array, BodyPose, JointState
 from app.plant.plant import Arm, Reading, nothing_to_edit
 from app.plant.real import RealPlant
+from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
-from app.robot.posture import rigid
+from app.robot.posture import Posture, rigid
 from app.sensing.source import Source
 from app.world.world import World
 
@@ -18,10 +23,13 @@ class SimulatedPlant(RealPlant):
     def __init__(
         self, robot: Robot, arm: Arm, eye: Source, world: World, look_every: float = 0.0
     ) -> None:
-        """look_every: [s] between two looks of `bodies` at the world, which cost more than a
+        """robot: the true one.
+
+        look_every: [s] between two looks of `bodies` at the world, which cost more than a
         tick's other onlookers: every tick for a judge, as often as a picture for a page."""
         super().__init__(robot, arm, eye)
-        self.world = world
+        self.robot, self.world = robot, world
+        self._there = robot.posture(robot.home)  # of the last reading
         self._look_every, self._looked, self._now = look_every, -np.inf, 0.0
         self._bodies: tuple[BodyPose, ...] = ()
         self._born: float | None = None  # [s] the world's scripts begin with the first reading
@@ -31,6 +39,18 @@ class SimulatedPlant(RealPlant):
         self._now = now
         self.world.step(now - self._born)
         return super().read(now, patience)
+
+    def true_poses(self) -> Array:
+        """(L, 4, 4) where the body links of `robot` truly were at the last reading."""
+        return self._there.T_base_link
+
+    def _posture(self, joints: JointState) -> Posture:
+        arm = self._arm
+        if isinstance(arm, SimulatedArm):
+            self._there = self._robot.posture(arm.q)
+        else:
+            self._there = super()._posture(joints)
+        return self._there
 
     def act(self, action: Action) -> None:
         match action:

@@ -12,16 +12,34 @@ LAG = 0.03  # [s] first-order lag of the velocity loop
 class SimulatedArm:
     """Follows velocity commands with a lag, under acceleration, velocity and position limits."""
 
-    def __init__(self, robot: Robot, q: Array | None = None, lag: float = LAG) -> None:
+    def __init__(
+        self, robot: Robot, q: Array | None = None, lag: float = LAG, noise: float = 0.0,
+        seed: int = 0,
+    ) -> None:  # fmt: skip
+        """noise: [rad or m] standard deviation of each joint's encoder, drawn with `seed`."""
         self._robot, self._lag = robot, lag
+        self._noise, self._rng = noise, np.random.default_rng(seed)
+        self._read = JointState(-np.inf, np.empty(0), np.empty(0))
         self._q = np.clip(robot.home if q is None else q, robot.q_min, robot.q_max)
         self._qd = np.zeros(robot.n)
         self._told = freeze(np.zeros(robot.n))
         self.limits = Limits(robot.qd_max, robot.qdd_max)
 
     def state(self, now: float) -> JointState:
-        """Where the arm is, as its encoders say."""
-        return JointState(now, freeze(self._q.copy()), freeze(self._qd.copy()))
+        """Where the arm is, as its encoders say; the same whenever it is asked for at `now`."""
+        if not self._noise:
+            return JointState(now, freeze(self._q.copy()), freeze(self._qd.copy()))
+        if now != self._read.stamp:
+            read = self._q + self._noise * self._rng.standard_normal(len(self._q))
+            # no encoder says that its joint is beyond the stop against which it was set
+            read = np.clip(read, self._robot.q_min, self._robot.q_max)
+            self._read = JointState(now, freeze(read), freeze(self._qd.copy()))
+        return self._read
+
+    @property
+    def q(self) -> Array:
+        """(n,) where the joints truly are."""
+        return self._q
 
     def report(self, now: float) -> ArmReport:
         """Nothing can be wrong with it."""

@@ -106,6 +106,7 @@ class SensorType(Table, frozen=True, kw_only=True):
     rows, columns:     of its zones.   field_of_view_deg: across the columns, across the rows.
     range:             what a distance is: "perpendicular" or "radial".
     least_m, most_m:   distances that are believed.   rate_hz: frames a second.
+    integration_s:     light is sent for so long a frame; left out: without a pause.
     pulse_m, pulse_share: returns within max(m, share * distance) of a zone's nearest one are one
                        target, whose distance is their mean; a slanted surface is one.
     separate_m:        a second target this far behind is told apart; a nearer one merges.
@@ -128,6 +129,7 @@ class SensorType(Table, frozen=True, kw_only=True):
     error: ErrorTable
     detection: DetectionTable
     footprint: Literal[1, 3, 5, 7] = 3
+    integration_s: Positive | None = None
 
     @property
     def zones(self) -> int:
@@ -154,6 +156,11 @@ class SensorType(Table, frozen=True, kw_only=True):
     def period(self) -> float:
         """[s] from frame to frame."""
         return 1.0 / self.rate_hz
+
+    @property
+    def integration(self) -> float:
+        """[s] that light is sent for, a frame."""
+        return self.period if self.integration_s is None else self.integration_s
 
     def noise(self, distance: Array) -> Array:
         """Standard deviation [m] of reported distances [m], the same shape."""
@@ -183,6 +190,8 @@ def _contradiction(kind: SensorType) -> str:
     """What of a type does not fit the rest of it, with the remedy; empty if all does."""
     if kind.least_m >= kind.most_m:
         return f"least_m = {kind.least_m:g} is not below most_m = {kind.most_m:g}; lower it"
+    if kind.integration > kind.period:
+        return f"integration_s = {kind.integration:g} is longer than a period; lower it or rate_hz"
     if kind.status.no_target in kind.status.trusted:
         return f"status: trusted holds no_target = {kind.status.no_target}; leave it out"
     if kind.detection.white.reflectance <= kind.detection.grey.reflectance:

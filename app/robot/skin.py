@@ -61,6 +61,7 @@ class Skin:
     traits: what the sensors' types say, for kernels.
     doubt:  how well the sensors' places, ranges and times are known.
     ranges: what each zone's range is wrong by, where that was measured.
+    late:   [s] how much later than its light the stamp of a frame is, where that was measured.
     """
 
     title: str
@@ -80,6 +81,7 @@ class Skin:
     traits: Traits
     doubt: Doubt
     ranges: RangeTable | None = None
+    late: float = 0.0
 
     @property
     def count(self) -> int:

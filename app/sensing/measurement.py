@@ -5,23 +5,20 @@ from collections.abc import Sequence
 import numpy as np
 
 from app.messages import Array, SensorFrame, freeze
-from app.robot.skin import Skin
 from app.sensing.error_model import ErrorModel, Reading
-from app.sensing.sight import Links, Sight
+from app.sensing.sight import Eyes, Sight
 from app.sensing.streams import sensor_streams
 from app.world.world import World
 
 
 class Measurement:
-    """Frames of any sensors of `skin` at any time: what is there, and what the sensor makes of it.
+    """Frames of any of the sensors at any time: what is there, and what the sensor makes of it.
 
     A frame depends on the seed, the sensor and the number of its frame, and on what is there.
     """
 
-    def __init__(
-        self, links: Links, skin: Skin, world: World, seed: int, errors: ErrorModel
-    ) -> None:
-        self._sight, self._errors = Sight(links, skin, world), errors
+    def __init__(self, eyes: Eyes, world: World, seed: int, errors: ErrorModel) -> None:
+        self._sight, self._errors, skin = Sight(eyes, world), errors, eyes.skin
         kinds = [s.type for s in skin.sensors]
         self._streams = [sensor_streams(seed, k) for k in range(skin.count)]
         self._flaws = [errors.flaws(t, s) for t, s in zip(kinds, self._streams, strict=True)]

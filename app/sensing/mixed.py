@@ -8,6 +8,7 @@ from app.robot.posture import Posture
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
+from app.sensing.truth import Truth
 
 
 class MixedSkin:
@@ -26,6 +27,11 @@ class MixedSkin:
         for k, real in self._chosen.items():
             mask[k] = real
         return mask
+
+    @property
+    def truth(self) -> Truth:
+        """What is really so of the arm and the simulated part."""
+        return self._simulated.truth
 
     def use(self, k: int, real: bool) -> None:
         """Feed sensor k from the real skin or from the simulation, from the next poll on."""

@@ -42,6 +42,7 @@ class PortFacts:
     drift:  of the board's clock.   restarts: how often it began anew.
     error:  why it is not open, or why its reader has died.
     busy:   processor time of the reader [s].
+    baud:   the speed at which it is read.
     """
 
     open: bool
@@ -55,6 +56,7 @@ class PortFacts:
     error: str
     busy: float = 0.0
     restarts: int = 0
+    baud: int = 0
 
 
 class Port:
@@ -95,6 +97,7 @@ class Port:
         return PortFacts(
             self._open, s.format, self._heard, self._spoke, s.frames, s.damaged, s.lost,
             s.drift, self._error, self._busy, s.restarts,
+            self._bauds[self._baud % len(self._bauds)],
         )  # fmt: skip
 
     def close(self) -> None:

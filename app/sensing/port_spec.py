@@ -1,10 +1,12 @@
 """`serial:` and what may follow it: ports, their speed, their format, their sensors.
 
-    PORT[@BAUD][#FORMAT][=SENSORS]       several of them separated by commas
+    PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]       several of them separated by commas
 
 PORT is a device, or `auto` for every USB port that speaks a known format.
 SENSORS is a sensor's name, or a ring's for all of its sensors. A port whose format names no
 sensor needs one; for one whose format does, it is a promise that is held against its frames.
+MS are the milliseconds from the middle of a measurement to its arrival, or to the board's own
+stamp where its format has one; left away they are estimated, see `app.sensing.latency`.
 """
 
 import re
@@ -15,9 +17,13 @@ from app.robot.skin import Skin
 from app.sensing.wire.detect import format_of
 from app.sensing.wire.raw import USUAL, Grid
 
-SYNTAX = "PORT[@BAUD][#FORMAT][=SENSORS]"
-SPEC = re.compile(r"(?P<port>[^=]+?)(?:@(?P<baud>\d+))?(?:#(?P<format>[\w-]*))?(?:=(?P<names>.*))?")
+SYNTAX = "PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]"
+SPEC = re.compile(
+    r"(?P<port>[^=]+?)(?:@(?P<baud>\d+))?(?:#(?P<format>[\w-]*))?(?:=(?P<names>.*?))?"
+    r"(?::latency_ms=(?P<latency>.*))?"
+)
 SLOWEST, FASTEST = 9600, 12_000_000  # [baud]
+LATEST = 150.0  # [ms] later frames are soon too old to be of use: three periods of most sensors
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,6 +31,7 @@ class PortSpec:
     """One port: baud 0 and an empty format are found out; no sensors: as the frames say.
 
     grids: of zones that its sensors have, the likeliest first.
+    latency: [s] as given; None: it is estimated.
     """
 
     port: str
@@ -32,6 +39,7 @@ class PortSpec:
     format: str = ""
     sensors: tuple[int, ...] = ()
     grids: tuple[Grid, ...] = USUAL
+    latency: float | None = None
 
 
 def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
@@ -66,7 +74,21 @@ def _one(entry: str, skin: Skin) -> PortSpec:
     sensors = () if match["names"] is None else named_sensors(match["names"], skin)
     speaking = [skin.sensors[k] for k in sensors] or list(skin.sensors)
     grids = dict.fromkeys((*(s.type.grid for s in speaking), *USUAL))
-    return PortSpec(match["port"], baud, match["format"] or "", sensors, tuple(grids))
+    latency = None if match["latency"] is None else _seconds(match["latency"], entry)
+    return PortSpec(match["port"], baud, match["format"] or "", sensors, tuple(grids), latency)
+
+
+def _seconds(text: str, entry: str) -> float:
+    """A latency [s] from its milliseconds."""
+    try:
+        value = float(text)
+    except ValueError:
+        value = float("nan")
+    if not 0.0 <= value <= LATEST:
+        raise SensorError(
+            f"serial port {entry!r}: latency_ms = {text}; give 0 to {LATEST:g} ms, or leave it out"
+        )
+    return value * 1e-3
 
 
 def named_sensors(name: str, skin: Skin) -> tuple[int, ...]:

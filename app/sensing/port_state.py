@@ -29,7 +29,8 @@ class PortState(StrEnum):
 class PortWatch:
     """Follows one port: what its frames were refused for, and how noisy it has become.
 
-    spoken: sensors it has spoken for.   refusal, because, refused_at: the last refusal.
+    spoken: sensors it has spoken for.   latency: [s] of its newest frame.
+    refusal, because, refused_at: the last refusal.
     """
 
     spoken: set[int] = field(default_factory=set)
@@ -37,6 +38,7 @@ class PortWatch:
     because: str = ""
     refused_at: float = float("-inf")
     noise: float = 0.0
+    latency: float = 0.0
     _frames: int = 0
     _damaged: int = 0
 

@@ -14,6 +14,7 @@ from app.messages import SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
+from app.sensing.latency import latency, latency_words
 from app.sensing.port import PortFacts
 from app.sensing.port_spec import PortSpec
 from app.sensing.port_state import PortState, PortWatch, rate_words, words
@@ -96,8 +97,10 @@ class SerialSkin:
             port, watch = self._ports[i], self._watches[i]
             facts = port.facts()
             line = rate_words(facts, state, watch)
-            if facts.format and not FORMATS[facts.format].status:
-                line += f" · {STATELESS}"
+            if facts.format:
+                told = latency_words(self._specs[i], watch.latency) if watch.spoken else ""
+                missing = "" if FORMATS[facts.format].status else STATELESS
+                line = " · ".join(part for part in (line, told, missing) if part)
             out.append((port.name, line))
         return tuple(out)
 
@@ -129,15 +132,19 @@ class SerialSkin:
             because = f"{sensor.name} reports {r}x{c} zones, the layout has {rows}x{columns}"
             watch.refuse(PortState.MISFIT, because, now)
             return None
-        told = FORMATS[self._ports[i].facts().format].status
+        facts = self._ports[i].facts()
+        told = FORMATS[facts.format].status
         status = _in_codes(raw, sensor.type) if told else _status(raw, sensor.type)
+        watch.latency = latency(
+            self._specs[i], sensor.type, raw.t_us is not None, arrival.size, facts.baud
+        )
         watch.spoken.add(k)
         self._owner[k] = i
         self._heard[k] = now
         self._sequence[k] += 1
         return SensorFrame(
             sensor=k,
-            stamp=arrival.stamp,
+            stamp=arrival.stamp - watch.latency,
             sequence=int(self._sequence[k]) if raw.sequence is None else raw.sequence,
             distance=freeze(raw.distance * 1e-3),
             status=status,

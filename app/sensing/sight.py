@@ -9,16 +9,18 @@ behind them.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate, pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array
 from app.raycast import Beams, Hits, RigidMesh, Solids
-from app.robot.model import Robot
 from app.robot.skin import Sensor, Skin, zone_directions, zone_rays
 from app.sensing import zones
+from app.sensing.budget import Budget
 from app.sensing.error_model import Reading
+from app.sensing.truth import Truth
 from app.world.world import World
 
 
@@ -27,54 +29,59 @@ class Links:
     """The body links of an arm (L of them) as rays meet them.
 
     bodies:      one a link, link frame.   welded: (L, L) bool, do two links move as one?
+    covers:      (L,) bool, which of them are covers, that go along with their sensors.
     T_base_link: (L, 4, 4) at some posture: how links that are welded lie to each other.
     """
 
     bodies: tuple[RigidMesh, ...]
     welded: NDArray[np.bool_]
+    covers: NDArray[np.bool_]
     T_base_link: Array
 
 
-def links_of(robot: Robot) -> Links:
-    """The links of a robot."""
-    return Links(robot.rigid, robot.welded, robot.posture(robot.home).T_base_link)
+class Eyes(NamedTuple):
+    """The sensors of an arm as they are, without its joints: what is known of a `Truth` where
+    rays are cast, be it another process."""
+
+    links: Links
+    skin: Skin
+    laid_out: Skin
+    budget: Budget
+
+
+def eyes_of(truth: Truth) -> Eyes:
+    """What sees, of a truth."""
+    robot = truth.robot
+    covers = np.isin(robot.links, robot.covers)
+    links = Links(robot.rigid, robot.welded, covers, robot.posture(robot.home).T_base_link)
+    return Eyes(links, truth.skin, truth.laid_out, truth.budget)
 
 
 class Sight:
-    """Sees for every sensor of `skin` on `links` in `world`."""
+    """Sees for all sensors of `eyes` in `world`."""
 
-    def __init__(self, links: Links, skin: Skin, world: World) -> None:
+    def __init__(self, eyes: Eyes, world: World) -> None:
+        links, skin = eyes.links, eyes.skin
         self._links = Solids(links.bodies, np.arange(len(links.bodies), dtype=np.int16))
         self._world = world
-        link = np.array(skin.link, dtype=np.int64)
-        self._fixed: NDArray[np.bool_] = links.welded[link]  # (K, L) to the sensor's link?
-        rays = [_sub_rays(s) for s in skin.sensors]
-        kinds = [s.type for s in skin.sensors]
-        self._zones = [t.zones for t in kinds]
-        cosine = [r @ a for r, a in zip(rays, skin.axis, strict=True)]
-        self._fan = zones.Fan(
-            link=link,
-            lens=np.array(skin.origin),
-            axis=np.array(skin.axis),
-            half_angle=np.array([_half_angle(s) for s in skin.sensors]),
-            first=np.append(0, np.cumsum([len(r) for r in rays])).astype(np.int64),
-            zone=np.array(skin.first),
-            direction=np.concatenate(rays),
-            report=np.concatenate(
-                [np.ones_like(c) if t.radial else c for c, t in zip(cosine, kinds, strict=True)]
-            ),
-            separate=np.array([t.separate_m for t in kinds]),
-            pulse=skin.traits.pulse,
-        )
-        far = np.repeat([t.most_m for t in kinds], [len(r) for r in rays]).astype(np.float32)
-        self._own = Hits(far, np.full(len(far), zones.NOTHING, dtype=np.int16))
+        self._fixed: NDArray[np.bool_] = links.welded[skin.link]  # (K, L) to the sensor's link?
+        self._zones = [s.type.zones for s in skin.sensors]
+        self._fan = _fan(skin)
+        far = np.repeat([s.type.most_m for s in skin.sensors], np.diff(self._fan.first))
+        nothing = np.full(len(far), zones.NOTHING, dtype=np.int16)
+        self._own = Hits(far.astype(np.float32), nothing)
         # what is fixed to a sensor's own link is hit where it always is; cast once
-        self._own = self._rays_to_links(np.arange(skin.count), links.T_base_link, ~self._fixed)[1]
+        everyone, T = np.arange(skin.count), links.T_base_link
+        for fan, mine in (
+            (self._fan, self._fixed & ~links.covers),
+            (_fan(eyes.laid_out), self._fixed & links.covers),
+        ):
+            self._own = self._rays_to_links(fan, everyone, T, ~mine)[1]
 
     def read(self, sensors: Sequence[int], T_base_link: Array) -> list[Reading]:
         """The truth in each zone of some sensors, links posed at T_base_link (L, 4, 4)."""
         who = np.array(sensors, dtype=np.int64)
-        beams, hits = self._rays_to_links(who, T_base_link, self._fixed[who])
+        beams, hits = self._rays_to_links(self._fan, who, T_base_link, self._fixed[who])
         self._world.end_rays(beams, hits)
         first = list(accumulate((self._zones[k] for k in sensors), initial=0))
         seen = zones.no_reading(first[-1])
@@ -85,14 +92,34 @@ class Sight:
         ]
 
     def _rays_to_links(
-        self, who: NDArray[np.int64], T_base_link: Array, blind: NDArray[np.bool_]
+        self, fan: zones.Fan, who: NDArray[np.int64], T_base_link: Array, blind: NDArray[np.bool_]
     ) -> tuple[Beams, Hits]:
         """The rays of sensors `who` (m,) ended by the links, but for those that are `blind` (m, L)
         to a link."""
         poses = np.array(T_base_link)
-        beams, hits = zones.rays_in_base(self._fan, self._own, who, poses)
+        beams, hits = zones.rays_in_base(fan, self._own, who, poses)
         self._links.end_rays(poses, beams, blind, hits)
         return beams, hits
+
+
+def _fan(skin: Skin) -> zones.Fan:
+    rays = [_sub_rays(s) for s in skin.sensors]
+    kinds = [s.type for s in skin.sensors]
+    cosine = [r @ a for r, a in zip(rays, skin.axis, strict=True)]
+    return zones.Fan(
+        link=np.array(skin.link, dtype=np.int64),
+        lens=np.array(skin.origin),
+        axis=np.array(skin.axis),
+        half_angle=np.array([_half_angle(s) for s in skin.sensors]),
+        first=np.append(0, np.cumsum([len(r) for r in rays])).astype(np.int64),
+        zone=np.array(skin.first),
+        direction=np.concatenate(rays),
+        report=np.concatenate(
+            [np.ones_like(c) if t.radial else c for c, t in zip(cosine, kinds, strict=True)]
+        ),
+        separate=np.array([t.separate_m for t in kinds]),
+        pulse=skin.traits.pulse,
+    )
 
 
 def _sub_rays(sensor: Sensor) -> Array:

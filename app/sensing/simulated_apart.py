@@ -25,11 +25,14 @@ from app.messages import SensorFrame
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
+from app.sensing.budget import IDEAL, Budget
 from app.sensing.error_model import ErrorModel
 from app.sensing.schedule import EARLY, LATENCY, Schedule
-from app.sensing.sight import links_of
+from app.sensing.sight import eyes_of
 from app.sensing.simulation import Task, size_of
+from app.sensing.stamps import Stamps
 from app.sensing.traffic import Request, Traffic
+from app.sensing.truth import draw_truth
 from app.world.world import Edit, World
 
 PROCESS = "app.sensing.simulation"
@@ -53,11 +56,13 @@ class SimulatedSkinApart:
         seed: int = 0,
         errors: ErrorModel | None = None,
         latency: float = LATENCY,
+        budget: Budget = IDEAL,
     ) -> None:
+        self.truth = draw_truth(robot, skin, budget, seed)
         self.name = "simulated"
         self.connected: NDArray[np.bool_] = np.ones(skin.count, dtype=bool)
         self.muted: set[int] = set()  # sensors that have gone silent, for trying faults
-        self._world, self._latency = world, latency
+        self._world, self._stamps = world, Stamps(self.truth, latency)
         self._schedule = Schedule([s.type.period for s in skin.sensors])
         self._edits: list[Edit] = []  # not yet told
         self._edited = 0  # how many there were so far
@@ -66,7 +71,8 @@ class SimulatedSkinApart:
         self._held: SensorFrame | None = None  # has come before its time
         self._checked = -np.inf
         self._fault = ""
-        task = Task(links_of(robot), skin, world, seed, errors or ErrorModel(), latency)
+        errors = errors or ErrorModel()
+        task = Task(eyes_of(self.truth), world, seed, errors, self._stamps.delay)
         self._process, self._line, memory = _start(task)
         self._traffic = Traffic(memory, size_of(task))
         world.follow(self._note_edit)
@@ -106,7 +112,7 @@ class SimulatedSkinApart:
 
     def inputs(self, now: float) -> tuple[tuple[str, str], ...]:
         """How far the process is behind."""
-        late = now - self._asked[0] - self._latency if self._asked else 0.0
+        late = now - self._asked[0] - self._stamps.delay if self._asked else 0.0
         words = f"{1e3 * late:.0f} ms behind" if late > 0.0 else "in time"
         ready = "in a process of its own, " + words if self._traffic.ready else "begins"
         return (("simulation", self._fault or ready),)
@@ -157,11 +163,11 @@ class SimulatedSkinApart:
     def _arrived_frames(self, now: float) -> list[SensorFrame]:
         arrived = []
         while frame := self._held or self._traffic.take_frame():
-            early = frame.stamp + self._latency > now + EARLY
+            early = frame.stamp + self._stamps.delay > now + EARLY
             self._held = frame if early else None
             if early:
                 break
-            arrived.append(frame)
+            arrived.append(self._stamps.stamped(frame))
         return arrived
 
     def _check_process(self) -> None:

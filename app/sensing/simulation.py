@@ -15,10 +15,9 @@ from mmap import mmap
 from typing import BinaryIO, NamedTuple, NoReturn
 
 from app.errors import FlinchError
-from app.robot.skin import Skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.measurement import Measurement
-from app.sensing.sight import Links
+from app.sensing.sight import Eyes
 from app.sensing.traffic import Size, Traffic
 from app.timing import PRIORITY, prefer_this_thread
 from app.world.world import Edit, World
@@ -29,8 +28,7 @@ PAUSE = 2  # [ms] between two looks for a request; a frame is due tens of them l
 class Task(NamedTuple):
     """What is to be simulated; it travels to the process as one pickle."""
 
-    links: Links
-    skin: Skin
+    eyes: Eyes
     world: World
     seed: int
     errors: ErrorModel
@@ -39,9 +37,9 @@ class Task(NamedTuple):
 
 def size_of(task: Task) -> Size:
     """What the traffic's memory is laid out by."""
-    kinds = [s.type for s in task.skin.sensors]
+    kinds = [s.type for s in task.eyes.skin.sensors]
     return Size(
-        tuple(t.zones for t in kinds), max(t.rate_hz for t in kinds), len(task.links.bodies),
+        tuple(t.zones for t in kinds), max(t.rate_hz for t in kinds), len(task.eyes.links.bodies),
         task.latency,
     )  # fmt: skip
 
@@ -78,10 +76,11 @@ class Line:
 
 def serve(task: Task, traffic: Traffic, line: Line) -> NoReturn:
     """Answer requests until the other side is `Gone`."""
-    links, skin, world, seed, errors, _ = task
+    eyes, world, seed, errors, _ = task
     # whatever takes long for the first time is done once: trees are built, kernels compiled
-    Measurement(links, skin, world, seed, errors).frames(range(skin.count), links.T_base_link, 0.0)
-    measurement, edits = Measurement(links, skin, world, seed, errors), 0
+    everyone, T_base_link = range(eyes.skin.count), eyes.links.T_base_link
+    Measurement(eyes, world, seed, errors).frames(everyone, T_base_link, 0.0)
+    measurement, edits = Measurement(eyes, world, seed, errors), 0
     traffic.say_ready()
     # sensors that stand for real ones do not wait for a browser to be done with a picture
     prefer_this_thread(PRIORITY - 1)

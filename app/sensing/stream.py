@@ -13,11 +13,16 @@ BEHIND = 0x8000  # a step this large is a step back
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Arrival:
-    """A frame, when it was measured, and when its last byte came [s, host's clock]."""
+    """A frame, its board's stamp, or its arrival where it has none, and when its last byte came
+    [s, host's clock].
+
+    size: [bytes] that a frame of this stream takes on the line, mean.
+    """
 
     frame: RawFrame
     stamp: float
     arrived: float
+    size: float = 0.0
 
 
 class Stream:
@@ -34,6 +39,7 @@ class Stream:
         self._clock = DeviceClock()
         self._sequence: dict[int, int] = {}
         self.restarts = 0
+        self._heard = 0  # bytes since the first frame ended, or since the stream began
 
     @property
     def format(self) -> str:
@@ -53,13 +59,16 @@ class Stream:
     def feed(self, chunk: bytes, now: float) -> list[Arrival]:
         """Frames complete with `chunk`, which has come at `now` [s]."""
         arrivals = []
+        self._heard += len(chunk)
         for frame in self._detector.feed(chunk):
             stamp = now if frame.t_us is None else self._clock.stamp(frame.t_us, now)
             if self._clock.restarts > self.restarts:
                 self.restarts = self._clock.restarts
                 self._sequence.clear()
             self._count(frame)
-            arrivals.append(Arrival(frame, stamp, now))
+            arrivals.append(Arrival(frame, stamp, now, self._heard / max(self.frames - 1, 1)))
+            if self.frames == 1:
+                self._heard = 0
         return arrivals
 
     def _count(self, frame: RawFrame) -> None:

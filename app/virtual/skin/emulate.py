@@ -5,7 +5,7 @@ scene or recording ─► frames ─► faults of boards ─► bytes ─► fau
 
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple, Protocol
@@ -16,6 +16,7 @@ from app.errors import SensorError
 from app.messages import SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Skin
+from app.sensing.budget import read_budget
 from app.sensing.port_spec import named_sensors
 from app.sensing.replay import Recording, Replay, read_recording
 from app.sensing.simulated import SimulatedSkin
@@ -24,8 +25,8 @@ from app.sensing.wire.raw import NO_TARGET, Grid, RawFrame
 from app.timing import Clock
 from app.virtual.skin.faults import FaultyWire, parse_faults
 from app.virtual.skin.pty_port import PtyPort
-from app.virtual.skin.wearer import Wearer, wearer
-from app.wiring import Setup, build_robot, choose_home, choose_skin
+from app.virtual.skin.wearer import AtRest, Wearer, wearer
+from app.wiring import Setup, build_robot, choose_home, lay_out
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
@@ -70,7 +71,7 @@ def emulate(
     `ready` is called once with a sentence when the port can be opened.
     """
     robot = build_robot(setup)
-    skin = choose_skin(setup, robot)
+    skin = lay_out(robot)
     style = format_of(what.format)
     sensors = named_sensors(what.only, skin) if what.only else tuple(range(skin.count))
     if not style.named:
@@ -78,14 +79,19 @@ def emulate(
     faults = parse_faults(what.faults, partial(named_sensors, skin=skin))
     scene = load_scene(find_scene(setup.scene), setup.seed)
     home = choose_home(setup, scene, robot)
-    arm = wearer(what.follow, robot, robot.home if home is None else home)
+    rest = robot.home if home is None else home
+    # it is the wire that tells this skin's times wrongly
+    budget = replace(read_budget(setup.world), time=0.0, late_ms=0.0)
     frames: FrameSource
+    arm: Wearer
     if what.replay:
         at_home = robot.posture(robot.home)
+        arm = AtRest(robot, rest)
         frames = RecordedFrames(read_recording(Path(what.replay)), skin, sensors, at_home)
     else:
         world = World(scene.bodies)
-        eye = SimulatedSkin(robot, skin, world, setup.seed, latency=0.0)
+        eye = SimulatedSkin(robot, skin, world, setup.seed, latency=0.0, budget=budget)
+        arm = wearer(what.follow, eye.truth.robot, rest)
         eye.muted = set(range(skin.count)) - set(sensors)
         frames = SceneFrames(eye, world, arm)
     with closing(arm), PtyPort(what.link) as port:
