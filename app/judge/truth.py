@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.errors import WorldError, options
-from app.messages import Array, BodyPose, Snapshot
+from app.messages import Array, BodyPose
 from app.world.shapes import Shape
 from app.world.world import World
 
@@ -87,17 +87,6 @@ class TrueDistance:
         return [
             self._nearest(link, T, others) for link, T in zip(self._links, T_base_link, strict=True)
         ]
-
-    def nearest_points(
-        self, link: int, s: Snapshot, world: World, body: str
-    ) -> tuple[Array, Array]:
-        """(3,) on a link and (3,) on a body that it does not touch, base frame."""
-        solid = self._solid(world.shapes()[body])
-        T_body = next(p.T_base_body for p in s.world if p.view.name == body)
-        found = coal.DistanceResult()
-        a, b = self._links[link].exact, solid.exact
-        coal.distance(a, _at(s.T_base_link[link]), b, _at(T_body), self._request, found)
-        return np.array(found.getNearestPoint1()), np.array(found.getNearestPoint2())
 
     def _nearest(
         self, link: Hull, T_base_link: Array, others: list[tuple[str, Hull, Array]]
