@@ -249,5 +249,5 @@ def test_what_is_known_to_stand_still_is_as_old_as_its_last_sight(robot, skin, b
     beside.run(4.0, robot.home)
     left = rows[beside.memory.use[rows]]
     assert len(left) > 30
-    ages = beside.memory.ages(left, beside.t)
+    ages = beside.t - beside.memory.seen[left]
     assert (ages >= beside.t - now - 1e-9).all() and (ages < 30.0).all()

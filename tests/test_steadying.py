@@ -4,18 +4,20 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from app.config import Params
 from app.control.bounds.pairs import PairBounds
 from app.messages import Goal, JointState, Pairs
 from app.perception.following import GONE, KEEP, NEARER, ROOM, UNSURE
-from app.perception.steadying import Steadying, aged
+from app.perception.steadying import Steadying
 from tests.alone import alone, bound_by
 
 DT, REACH = 0.008, 0.6
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def posture(robot):
     return robot.posture(robot.home)
 
@@ -160,11 +162,63 @@ def test_a_lost_pair_far_out_is_forgotten_in_time_though_nothing_is_too_far(post
     assert len(left[int((GONE + 0.1) / DT)].distance) == 0
 
 
-def test_what_is_followed_has_the_age_of_its_measurement_and_what_is_lost_the_oldest(posture):
+def test_what_is_followed_has_the_age_of_its_measurement_and_what_is_lost_grows_older(posture):
     steady, both = Steadying(), replace(pairs_at(posture, 0.3, 0.4), age=np.array([0.07, 0.11]))
-    rows = aged(steady.update(posture, both, REACH, DT), both, 0.2)
+    rows = steady.update(posture, both, REACH, DT)
     assert rows.age[np.argsort(rows.source)] == pytest.approx([0.07, 0.11])
     one = replace(pairs_at(posture, 0.3), age=np.array([0.05]))
-    rows = aged(steady.update(posture, one, REACH, DT), one, 0.2)
-    assert sorted(rows.age) == pytest.approx([0.05, 0.2])
+    rows = steady.update(posture, one, REACH, DT)
+    assert sorted(rows.age) == pytest.approx([0.05, 0.11 + DT])
     assert [rows.measured(row) for row in (-1, *np.argsort(rows.source))] == [-1, -1, 0]
+
+
+def believed(posture, sigma, age, w, w_sigma, ticks=3):
+    """What is told of a pair at 0.4 m that is known so well."""
+    steady, (one,) = Steadying(), (pairs_at(posture, 0.4),)
+    one = replace(
+        one, sigma=np.array([sigma]), age=np.array([age]), approach=np.array([w]),
+        approach_sigma=np.array([w_sigma]),
+    )  # fmt: skip
+    for _ in range(ticks):
+        rows = steady.update(posture, one, REACH, DT)
+    return rows
+
+
+DOUBT = {
+    "sigma": st.floats(0.0, 0.03), "age": st.floats(0.0, 1.0), "w": st.floats(-0.2, 1.6),
+    "w_sigma": st.floats(0.0, 0.3),
+}  # fmt: skip
+
+
+@given(**DOUBT, which=st.sampled_from(list(DOUBT)), more=st.floats(0.0, 0.3))
+def test_more_doubt_never_allows_more_speed_towards(robot, posture, which, more, **doubt):
+    worse = doubt | {which: doubt[which] + more}
+    low, rate = [], []
+    for known in (doubt, worse):
+        rows = believed(posture, **known)
+        low.append(float(bound_by(robot, (PairBounds(),), posture, rows, Params()).low.max()))
+        rate.append(2.0 * (0.3 - rows.distance[0]) + rows.approach[0])  # task priority's demand
+    assert low[1] >= low[0] - 1e-9 and rate[1] >= rate[0] - 1e-9
+
+
+def test_what_stands_still_and_is_known_well_is_told_as_it_was(posture):
+    rows = believed(posture, 0.0, 0.07, 0.0, 0.02)
+    assert rows.distance[0] == pytest.approx(0.4 - UNSURE, abs=0.003) and rows.approach[0] == 0.0
+    near, far = (believed(posture, s, 0.07, 0.0, 0.02).distance[0] for s in (0.002, 0.02))
+    assert near > 0.4 - UNSURE - 0.006 and far == pytest.approx(0.4 - UNSURE - 0.04, abs=0.002)
+
+
+def test_what_comes_is_told_where_it_is_by_now(posture):
+    rows = believed(posture, 0.0, 0.1, 0.5, 0.0, ticks=1)
+    assert rows.distance[0] == pytest.approx(0.4 - UNSURE - 0.05)
+    assert believed(posture, 0.0, 9.0, 0.5, 0.0, ticks=1).distance[0] > 0.4 - UNSURE - 0.16
+    faster = believed(posture, 0.0, 0.1, 0.5, 0.1, ticks=1)
+    assert faster.approach[0] == pytest.approx(0.6)
+
+
+def test_doubt_that_jumps_is_told_smoothly(posture):
+    steady, told = Steadying(), []
+    for i in range(100):
+        pairs = replace(pairs_at(posture, 0.4), sigma=np.array([0.004 if i % 20 < 10 else 0.02]))
+        told.append(steady.update(posture, pairs, REACH, DT).distance[0])
+    assert np.abs(np.diff(told)).max() < 2.0 * 0.016 * DT / 0.15 + 1e-9

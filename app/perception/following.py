@@ -7,6 +7,17 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array
+from app.perception.measured import (
+    AGE,
+    APPROACH,
+    APPROACH_SIGMA,
+    SIGMA,
+    SIGMAS,
+    Measured,
+    approach_now,
+    distance_now,
+    sigma_now,
+)
 
 ROOM = 128  # tracks: four pairs of every link, or one of every sensor, and as many that were lost
 SAME_PLACE = 0.08  # [m] on the link: nearer pairs of a link are not told apart by the search either
@@ -28,22 +39,12 @@ GONE = 5.0  # [s] after which it is forgotten wherever it is
 UNSURE = 0.012
 
 
-class Measured(NamedTuple):
-    """The pairs (B,) of this tick, as in `Pairs`; approach: (B,) [m/s]."""
-
-    link: NDArray[np.int64]
-    distance: Array
-    approach: Array
-    on_robot: Array
-    on_world: Array
-    normal: Array
-
-
 class Followed(NamedTuple):
     """What is followed, a row each.
 
     link:  (ROOM,) -1 of a free row.   row: (ROOM,) the pair measured now, -1 of a lost one.
     lost:  (ROOM,) [s].   distance, approach: (ROOM,) [m], [m/s].
+    sigma: (ROOM,) [m] of the distance.   age: (ROOM,) [s] of its measurement.
     along: (ROOM,) [m] of the place on the robot from that in the world along the normal.
     local: (ROOM, 3) [m] place on the link, its frame.   on_robot, on_world, normal: base frame.
     """
@@ -53,6 +54,8 @@ class Followed(NamedTuple):
     lost: Array
     distance: Array
     approach: Array
+    sigma: Array
+    age: Array
     along: Array
     local: Array
     on_robot: Array
@@ -63,7 +66,8 @@ class Followed(NamedTuple):
 class Told(NamedTuple):
     """The same without gaps, in few arrays, written anew in each tick.
 
-    who:    (2, ROOM) link, row.   number: (2, ROOM) distance [m], approach [m/s].
+    who:    (2, ROOM) link, row.
+    number: (4, ROOM) distance [m], approach [m/s], sigma [m], age [s].
     place: (3, ROOM, 3) on_robot, on_world, normal; base frame.
     """
 
@@ -74,13 +78,13 @@ class Told(NamedTuple):
 
 def nothing_told() -> Told:
     """Room for all tracks."""
-    return Told(np.empty((2, ROOM), np.int64), np.empty((2, ROOM)), np.empty((3, ROOM, 3)))
+    return Told(np.empty((2, ROOM), np.int64), np.empty((4, ROOM)), np.empty((3, ROOM, 3)))
 
 
 def nothing_followed() -> Followed:
     """Room for tracks, all free."""
     none = np.full(ROOM, -1, dtype=np.int64)
-    single, triple = np.zeros((4, ROOM)), np.zeros((4, ROOM, 3))
+    single, triple = np.zeros((6, ROOM)), np.zeros((4, ROOM, 3))
     return Followed(none, none.copy(), *single, *triple)
 
 
@@ -143,12 +147,15 @@ def _match(known: Followed, pairs: Measured, reach: float) -> NDArray[np.int64]:
 
 @compiled
 def _believe(known: Followed, pairs: Measured, track: NDArray[np.int64], dt: float) -> None:
-    """Take over distances and directions in part."""
+    """Take over distances, their doubt and directions in part."""
     for i in range(len(track)):
         t = track[i]
         if t < 0:
             continue
-        measured, w = pairs.distance[i], pairs.approach[i]
+        w, age = pairs.doubt[APPROACH, i], pairs.doubt[AGE, i]
+        measured = distance_now(pairs.distance[i], w, age)
+        unsure = sigma_now(pairs.doubt[SIGMA, i], pairs.doubt[APPROACH_SIGMA, i], age)
+        known.sigma[t] += min(dt / SETTLE, 1.0) * (unsure - known.sigma[t])
         d = known.distance[t] - w * dt
         error = measured - d
         share = min(1.0, abs(error) / SURPRISE) * dt / SETTLE
@@ -179,10 +186,17 @@ def _begin(known: Followed, pairs: Measured, track: NDArray[np.int64], reach: fl
         t = free if free >= 0 else far
         if t < 0:
             continue
-        known.link[t], known.row[t], known.distance[t] = pairs.link[i], i, pairs.distance[i]
+        w, w_sigma, age = (
+            pairs.doubt[APPROACH, i],
+            pairs.doubt[APPROACH_SIGMA, i],
+            pairs.doubt[AGE, i],
+        )
+        known.link[t], known.row[t] = pairs.link[i], i
+        known.distance[t] = distance_now(pairs.distance[i], w, age)
         for k in range(3):
             known.normal[t, k] = pairs.normal[i, k]
-        known.approach[t] = pairs.approach[i]
+        known.approach[t] = approach_now(w, w_sigma)
+        known.sigma[t] = sigma_now(pairs.doubt[SIGMA, i], w_sigma, age)
 
 
 @compiled
@@ -199,9 +213,10 @@ def _place(known: Followed, T_base_link: Array, pairs: Measured, dt: float) -> N
             known.local[t, k] = 0.0
             for r in range(3):
                 known.local[t, k] += T[r, k] * (pairs.on_robot[i, r] - T[r, 3])
-        known.along[t], known.lost[t] = along, 0.0
+        known.along[t], known.lost[t], known.age[t] = along, 0.0, pairs.doubt[AGE, i]
         calmed = known.approach[t] * (1.0 - min(dt / CALM, 1.0))
-        known.approach[t] = max(pairs.approach[i], calmed)
+        w = approach_now(pairs.doubt[APPROACH, i], pairs.doubt[APPROACH_SIGMA, i])
+        known.approach[t] = max(w, calmed)
 
 
 @compiled
@@ -211,6 +226,7 @@ def _let_go(known: Followed, reach: float, dt: float) -> None:
         if known.link[t] < 0 or known.row[t] >= 0:
             continue
         known.lost[t] += dt
+        known.age[t] += dt
         known.approach[t] *= 1.0 - min(dt / CALM, 1.0)
         if known.lost[t] > KEEP:
             known.distance[t] += RECEDE * dt
@@ -226,7 +242,9 @@ def _write(known: Followed, out: Told) -> tuple[int, int]:
         if known.link[t] < 0:
             continue
         out.who[0, n], out.who[1, n] = known.link[t], known.row[t]
-        out.number[0, n], out.number[1, n] = known.distance[t] - UNSURE, known.approach[t]
+        out.number[0, n] = known.distance[t] - UNSURE - SIGMAS * known.sigma[t]
+        out.number[1, n] = known.approach[t]
+        out.number[2, n], out.number[3, n] = known.sigma[t], known.age[t]
         for k in range(3):
             out.place[0, n, k], out.place[1, n, k] = known.on_robot[t, k], known.on_world[t, k]
             out.place[2, n, k] = known.normal[t, k]

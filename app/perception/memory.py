@@ -99,9 +99,10 @@ class Memory:
         if len(centres):
             grid.mark_moving(self._voxels, centres, now - RECENT)
 
-    def ages(self, rows: NDArray[np.intp], now: float) -> Array:
-        """(m,) [s] since each of these rows of `points` was seen."""
-        return np.asarray(now - self._voxels.seen[rows])
+    @property
+    def seen(self) -> Array:
+        """(n,) [s] when each of `points` was last seen."""
+        return self._voxels.seen[: self._voxels.top[0]]
 
     def visited(self, rows: NDArray[np.intp]) -> None:
         """The arm's body has been at these rows of `points`; at the third time they die."""

@@ -21,16 +21,17 @@ from app.needs import Needs
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory
+from app.perception.pair_doubt import who_of, with_doubt
 from app.perception.proximity import BodyPairs, HeldPairs, ManyPairs, MountPairs
 from app.perception.rules import Rules, rules_of
-from app.perception.steadying import Steadying, aged
+from app.perception.steadying import Steadying
 from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-KEPT = int(Verdict.KEPT)  # numpy is slow with an enum
+KEPT, CONTACT = int(Verdict.KEPT), int(Verdict.CONTACT)  # numpy is slow with an enum
 VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
 LAST_VISIT = 3  # see `Memory.visited`
 REACH = 0.6  # [m] several pairs a link are looked for up to here: the QP's largest use of them
@@ -69,12 +70,18 @@ class Perception:
         self._speed = ObstacleSpeed(skin)
         self._held, self._many = HeldPairs(self._body), ManyPairs(self._body)
         self._mounts, self._steadying = MountPairs(skin), Steadying()
+        self._who = who_of(skin)
         self._kind = ""  # of the pairs that are followed
 
     @property
     def background(self) -> Background:
         """The learned background."""
         return self._cloud.background
+
+    @property
+    def unable(self) -> NDArray[np.uint8]:
+        """(K,) of `Unable`: which sensors' frames tell that they cannot see."""
+        return self._cloud.unable
 
     def know(self, learned: Learned) -> None:
         """From now on this is what was learned of the cell; what is remembered there was it."""
@@ -127,8 +134,8 @@ class Perception:
         pairs = self._pairs(needs, body, points, use, posture, joints.stamp)
         if rules.obstacle_speed:
             pairs = self._speed.update(pairs, joints.stamp)
-        if needs.ages:
-            pairs = replace(pairs, age=self._ages(pairs, cloud, joints.stamp))
+        if not needs.as_published:
+            pairs = with_doubt(pairs, cloud, self._memory.seen, posture, joints, self._who)
         steady = self._steadied(pairs, posture, needs, dt)
         if rules.memory:
             self._revise_memory(body, len(cloud.points), joints.stamp, rules)
@@ -163,7 +170,7 @@ class Perception:
         self, cloud: Cloud, posture: Posture, now: float, rules: Rules
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Points (n, 3) to keep clear of and which are in use: the cloud's, then the memory's."""
-        points, use = cloud.points, cloud.verdict == KEPT
+        points, use = cloud.points, (cloud.verdict == KEPT) | (cloud.verdict == CONTACT)
         if not rules.memory:
             self._memory.reset()
             return points, use
@@ -191,8 +198,7 @@ class Perception:
         if needs.pairs != self._kind:
             self._steadying.reset()
             self._kind = needs.pairs
-        steady = self._steadying.update(posture, pairs, needs.reach, dt)
-        return aged(steady, pairs, float(self._skin.traits.oldest.max())) if needs.ages else steady
+        return self._steadying.update(posture, pairs, needs.reach, dt)
 
     def _revise_memory(self, body: Pairs, current: int, now: float, rules: Rules) -> None:
         """Tell the memory what moves, and where the arm's own body has been."""
@@ -200,14 +206,6 @@ class Perception:
             self._memory.mark_moving(self._speed.moving(), now)
         inside = (body.distance < VISITED) & (body.slot >= current)
         self._memory.visited(body.slot[inside] - current)
-
-    def _ages(self, pairs: Pairs, cloud: Cloud, now: float) -> Array:
-        """(B,) [s] since each pair's world point was measured."""
-        age, slot, current = np.full(len(pairs.slot), np.inf), pairs.slot, len(cloud.points)
-        seen, kept = (slot >= 0) & (slot < current), slot >= current
-        age[seen] = now - cloud.stamp[self._skin.sensor_of[slot[seen]]]
-        age[kept] = self._memory.ages(slot[kept] - current, now)
-        return freeze(age)
 
 
 def _stamp(frame: SensorFrame) -> float:

@@ -11,16 +11,20 @@ A measurement m is then taken over in part, the less the smaller the surprise e 
     d <- d + min(1, |e| / SURPRISE) (dt / SETTLE) e ,   m - FARTHER <= d <= m + NEARER
 
 So noise is averaged, a lag behind the arm's own motion does not arise, and what is really nearer
-is believed at once. A pair that is no longer measured stays for a moment and then moves away at
-a walking pace, so that the arm is let go and not thrown off.
-"""
+is believed at once. m is what was measured less the way that its approach w has made since, at
+most `AHEAD` of it: frames come late, and what is remembered later still.
 
-from dataclasses import replace
+What is told is nearer than d by two sigma, and comes faster than w by one if it moves: sigma is
+that of the measurement and of the way since, which grows with its age. A pair that is no longer
+measured stays for a moment and then moves away at a walking pace, so that the arm is let go and
+not thrown off.
+"""
 
 import numpy as np
 
 from app.messages import Pairs, freeze
-from app.perception.following import ROOM, Measured, nothing_followed, nothing_told, update
+from app.perception.following import ROOM, nothing_followed, nothing_told, update
+from app.perception.measured import Measured
 from app.robot.posture import Posture
 
 NO_SLOT = freeze(np.full(ROOM, -1, dtype=np.intp))  # what is followed is no point of the cloud
@@ -39,11 +43,14 @@ class Steadying:
     def update(self, posture: Posture, pairs: Pairs, reach: float, dt: float) -> Pairs:
         """The pairs nearer than `reach` [m], steadied; `source` is the row of `pairs` of each.
 
-        dt: [s] since the last call. Ages are not followed.
+        dt: [s] since the last call.
         """
-        w = np.zeros(len(pairs.distance)) if pairs.approach is None else pairs.approach
+        doubt = np.zeros((4, len(pairs.distance)))
+        for row, known in enumerate((pairs.approach, pairs.approach_sigma, pairs.sigma, pairs.age)):
+            if known is not None:
+                doubt[row] = known
         measured = Measured(
-            pairs.link, pairs.distance, w, pairs.on_robot, pairs.on_world, pairs.normal
+            pairs.link, pairs.distance, doubt, pairs.on_robot, pairs.on_world, pairs.normal
         )  # fmt: skip
         out = nothing_told()
         n, closest = update(self._known, posture.T_base_link, measured, reach, dt, out)
@@ -57,14 +64,7 @@ class Steadying:
             slot=NO_SLOT[:n],
             closest=closest,
             approach=number[1, :n],
+            sigma=number[2, :n],
+            age=number[3, :n],
             source=who[1, :n],
         )
-
-
-def aged(steady: Pairs, pairs: Pairs, lost: float) -> Pairs:
-    """`steady` with the ages [s] of the `pairs` that each came from, `lost` of one out of sight."""
-    assert pairs.age is not None and steady.source is not None
-    age = np.full(len(steady.source), lost)
-    seen = steady.source >= 0
-    age[seen] = pairs.age[steady.source[seen]]
-    return replace(steady, age=freeze(age))

@@ -14,14 +14,14 @@ if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a contr
 
 
 def bounds_needs(params: Params) -> Needs:
-    """Several pairs a link, up to where avoidance begins; for the separation all, with ages."""
+    """Several pairs a link, up to where avoidance begins; for the separation all."""
     reach = inf if params.separation else params.avoidance_begins
-    return Needs("several", reach, params.separation)
+    return Needs("several", reach)
 
 
 def separation_needs(params: Params) -> Needs:
-    """All pairs there are, with their ages."""
-    return Needs("several", inf, ages=True)
+    """All pairs there are."""
+    return Needs("several", inf)
 
 
 def bounds_distances(params: Params) -> tuple[float, float]:
