@@ -5,8 +5,8 @@ from typing import Annotated
 
 import tyro
 
-from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.faults import Faults
+from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.panels import Panels
 from app.cli.experiments.ranges import Ranges
 from app.cli.experiments.tradeoff import Tradeoff
