@@ -23,7 +23,7 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.robot.traits import noise_of
 
-REMEMBERED = 0.012  # [m] 1 sigma of a remembered point: 3 cm / sqrt(12), and a zone's bias at 0.5 m
+REMEMBERED = 0.006  # [m] 1 sigma of a remembered point: a zone's bias and its mounting at 0.3 m
 SIGMA, AGE = 0, 1  # rows of what is written
 
 
@@ -38,6 +38,27 @@ class Who(NamedTuple):
     doubt: Array
 
 
+class Seen(NamedTuple):
+    """Of B pairs: slot (B,), on_world and normal (B, 3); when what was seen [s]: stamp (K,) of the
+    sensors' frames, remembered (n,) of the memory's points; and now [s]."""
+
+    slot: NDArray[np.int64]
+    on_world: Array
+    normal: Array
+    stamp: Array
+    remembered: Array
+    now: float
+
+
+class Motion(NamedTuple):
+    """T_base_link (L, 4, 4), J_base (6, n), supports (L, n), qd (n,) [rad/s]."""
+
+    T_base_link: Array
+    J_base: Array
+    supports: Array
+    qd: Array
+
+
 def who_of(skin: Skin) -> Who:
     """The skin's."""
     d = skin.doubt
@@ -46,36 +67,36 @@ def who_of(skin: Skin) -> Who:
 
 
 def with_doubt(
-    pairs: Pairs, cloud: Cloud, seen: Array, posture: Posture, joints: JointState, who: Who
+    pairs: Pairs, cloud: Cloud, remembered: Array, posture: Posture, joints: JointState, who: Who
 ) -> Pairs:
-    """`pairs` with `sigma` and `age` at `joints`; seen: (n,) [s] of the memory's points."""
-    out = np.empty((2, len(pairs.slot)))
-    _doubt(
-        pairs.slot, pairs.on_world, pairs.normal, cloud.stamp, seen, who,
-        posture.T_base_link, posture.J_base, posture.supports, joints.qd, joints.stamp, out,
+    """`pairs` with `sigma` and `age` at `joints`; remembered: (n,) [s] when each of the memory's
+    points was seen."""
+    seen = Seen(
+        pairs.slot, pairs.on_world, pairs.normal, cloud.stamp, remembered, joints.stamp
     )  # fmt: skip
+    moves = Motion(posture.T_base_link, posture.J_base, posture.supports, joints.qd)
+    out = np.empty((2, len(pairs.slot)))
+    _doubt(seen, moves, who, out)
     freeze(out)
     return replace(pairs, sigma=out[SIGMA], age=out[AGE])
 
 
 @compiled
-def _doubt(
-    slot: NDArray[np.int64], on_world: Array, normal: Array, stamp: Array, seen: Array, who: Who,
-    T_base_link: Array, J_base: Array, supports: Array, qd: Array, now: float, out: Array,
-) -> None:  # fmt: skip
+def _doubt(seen: Seen, moves: Motion, who: Who, out: Array) -> None:
+    """Write sigma [m] and age [s] (2, B)."""
     current = len(who.sensor_of)
-    for i in range(len(slot)):
-        if slot[i] < 0:
+    for i in range(len(seen.slot)):
+        slot = seen.slot[i]
+        if slot < 0:
             out[SIGMA, i] = out[AGE, i] = np.inf
-        elif slot[i] >= current:
-            out[SIGMA, i], out[AGE, i] = REMEMBERED, now - seen[slot[i] - current]
+        elif slot >= current:
+            out[SIGMA, i], out[AGE, i] = REMEMBERED, seen.now - seen.remembered[slot - current]
         else:
-            k = who.sensor_of[slot[i]]
-            link = who.link[k]
-            speed = _speed(on_world[i], normal[i], J_base, supports[link], qd)
-            variance = _variance(on_world[i], normal[i], k, T_base_link[link], who)
-            out[SIGMA, i] = np.sqrt(variance + (who.doubt[3, k] * speed) ** 2)
-            out[AGE, i] = now - stamp[k]
+            k = who.sensor_of[slot]
+            p, n = seen.on_world[i], seen.normal[i]
+            variance = _variance(p, n, k, moves.T_base_link[who.link[k]], who)
+            ride = who.doubt[3, k] * _speed(p, n, moves, who.link[k])
+            out[SIGMA, i], out[AGE, i] = np.sqrt(variance + ride * ride), seen.now - seen.stamp[k]
 
 
 @compiled
@@ -94,12 +115,12 @@ def _variance(p: Array, n: Array, k: int, T: Array, who: Who) -> float:
 
 
 @compiled
-def _speed(p: Array, n: Array, J_base: Array, support: Array, qd: Array) -> float:
+def _speed(p: Array, n: Array, moves: Motion, link: int) -> float:
     """[m/s] along n (3,) of a point p (3,) that rides on a link: [n, p x n] J_base qd."""
     x, y, z = p[1] * n[2] - p[2] * n[1], p[2] * n[0] - p[0] * n[2], p[0] * n[1] - p[1] * n[0]
-    speed = 0.0
-    for j in range(len(qd)):
-        along = n[0] * J_base[0, j] + n[1] * J_base[1, j] + n[2] * J_base[2, j]
-        turn = x * J_base[3, j] + y * J_base[4, j] + z * J_base[5, j]
-        speed += support[j] * (along + turn) * qd[j]
+    J, speed = moves.J_base, 0.0
+    for j in range(len(moves.qd)):
+        along = n[0] * J[0, j] + n[1] * J[1, j] + n[2] * J[2, j]
+        turn = x * J[3, j] + y * J[4, j] + z * J[5, j]
+        speed += moves.supports[link, j] * (along + turn) * moves.qd[j]
     return speed

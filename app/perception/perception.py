@@ -7,7 +7,7 @@ Nothing behind it feeds back into it: what it believes follows from what was mea
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 import numpy as np
