@@ -25,6 +25,8 @@ from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
 from app.messages import Array, Command, Goal, JointState, Mode, freeze
+from app.perception.blindness import Cones
+from app.perception.perceiver import Perceiver
 from app.perception.perception import Percept, Perception
 from app.perception.self_filter import SelfFilter
 from app.perception.tree import Forest
@@ -35,7 +37,7 @@ from app.tick import Inputs, Outputs
 from app.wishes import Wishes
 
 # what a brain is built on and never changes; a self filter holds nothing but rays and scratch
-FACTS = (Robot, Skin, RigidMesh, Forest, SelfFilter, Clearance)
+FACTS = (Robot, Skin, RigidMesh, Forest, SelfFilter, Clearance, Cones)
 
 
 def no_lap(room: str) -> None:
@@ -55,10 +57,12 @@ class Brain:
         goal: Goal | None = None,
         programs: Mapping[str, Program] | None = None,
         begin: Mode = Mode.RUNNING,
+        perception: Perceiver | None = None,
     ) -> None:
+        """perception: a study's own; None, and everywhere else: what follows from frames."""
         self.robot, self.skin, self.cell = robot, skin, cell or Cell()
         self._born = params or Params(), goal, dict(programs or {}), begin
-        self._perception = Perception(robot, skin, self.cell)
+        self._perception = perception or Perception(robot, skin, self.cell)
         self._controllers = Controllers(robot, self.cell)
         self.reset()
 
@@ -77,7 +81,7 @@ class Brain:
         self._controllers.reset()
         self._controllers.know(self.cell.learned)
         self.wishes = Wishes(params, Errand(programs, goal))
-        self._guard = Guard(self.skin, begin)
+        self._guard = Guard(self.robot, self.skin, begin)
         self._point: Array | None = None  # control point of the last tick
         self._q = self.robot.home  # the last joint positions that were finite
 
@@ -112,14 +116,15 @@ class Brain:
             errand.hold(tool)
         engage = self.wishes.heed(x, tool, self._guard, self._perception, mind)
         p = self.params
-        share, moving = self._guard.judge(x, p.silence)
         seen = self._perception.update(
             x.frames, x.joints, posture, p, mind.needs(p), x.dt, lap
         )  # fmt: skip
+        share, moving = self._guard.judge(x, p.silence, self._perception.unable)
         goal = errand.update(self._guard.mode, moving, tool, x.dt)
         if moving:
             command = mind.update(
-                Situation(posture, x.joints, seen.steady, goal, p, x.dt, share, x.applied)
+                Situation(posture, x.joints, seen.steady, goal, p, x.dt, share, x.applied),
+                self._guard.unseen,
             )
         else:
             command = mind.brake(x.joints, x.dt, x.applied)
@@ -138,18 +143,20 @@ class Brain:
     def _outputs(
         self, x: Inputs, seen: Percept, command: Command, engage: bool, trace: str = ""
     ) -> Outputs:
-        errand, health = self.wishes.errand, self._guard.health
+        errand, guard, health = self.wishes.errand, self._guard, self._guard.health
         goal = errand.goal or Goal(seen.posture.T_base_tool)
         return Outputs(
-            command=command, engage=engage, status=self._guard.status, params=self.params,
+            command=command, engage=engage, status=guard.status, params=self.params,
             goal=goal, T_base_link=seen.posture.T_base_link, T_base_tool=seen.posture.T_base_tool,
             cloud=seen.cloud, pairs=seen.pairs, body=seen.body, memory=seen.memory,
             health=freeze(health.states(x.now)),
             rate=freeze(health.rates()), delay=freeze(health.delays()),
             background=self._perception.background.view(x.now),
-            notice=self.wishes.notice, advice=x.arm.advice or self._guard.advice or command.reason,
+            notice=self.wishes.notice,
+            advice=x.arm.advice or guard.advice(command) or command.reason,
             program=errand.program.words if errand.program else "", reached=errand.reached,
-            jump=self._jump(seen, command), trace=trace, blind=self._guard.blind_share,
+            jump=self._jump(seen, command), trace=trace, blind=guard.blind_share,
+            unable=guard.unable,
         )  # fmt: skip
 
     def _jump(self, seen: Percept, command: Command) -> float:

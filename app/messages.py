@@ -61,6 +61,17 @@ class SensorHealth(IntEnum):
     SLOW = 7  # speaks at less than half of the rate that its type has
 
 
+class Unable(IntEnum):
+    """Why a sensor cannot tell what is before it; what it does not tell of is blind space."""
+
+    SEES = 0  # it can
+    SILENT = 1
+    FROZEN = 2  # repeats its values while it is moved
+    BAD_STATUS = 3  # in a quarter of its zones or more
+    COVERED = 4  # what is at its lens rides along with the arm
+    DARK = 5  # returns nothing where something surely is
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class JointState:
     """Joint positions q (n,) [rad or m] and velocities qd (n,) at `stamp` [s]."""
@@ -86,6 +97,7 @@ class Verdict(IntEnum):
     STALE = 7  # the frame is older than the allowed age
     EMPTY = 8  # no frame has come yet
     GHOST = 9  # nearer than what was seen before, by one zone in one frame only: not yet believed
+    CONTACT = 10  # at the lens, nearer than can be measured; held until it is seen to leave
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -183,6 +195,8 @@ class Command:
     slack:       largest amount by which a bound had to give way [m/s].
     protective:  speed and separation: distance [m] that the nearest pair needs, 0 if not in use.
     reason:      why the arm brakes or waits though it may move; empty otherwise.
+    unseen:      0..1 of what was asked for that lets the body stop before unseen space.
+    unseen_of:   the sensor whose space that is, -1 where nothing is held back.
     """
 
     qd: Array
@@ -193,6 +207,8 @@ class Command:
     slack: float = 0.0
     protective: float = 0.0
     reason: str = ""
+    unseen: float = 1.0
+    unseen_of: int = -1
 
 
 class Mode(StrEnum):
@@ -306,6 +322,7 @@ class Snapshot:
     memory:      (n, 3) [m] remembered points near the arm, base frame.
     reached:     waypoints that the program has reached.
     blind:       0..1 share of what the skin should see that it cannot tell of.
+    unable:      (K,) uint8 of `Unable`; the same array as long as nothing changes.
     background:  the learned background and what is being learned.
     """
 
@@ -336,6 +353,7 @@ class Snapshot:
     real: NDArray[np.bool_] | None = None
     reached: int = 0
     blind: float = 0.0
+    unable: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     background: BackgroundView = field(
         default_factory=lambda: BackgroundView(np.empty((0, 3)), np.empty((0, 3)))
     )

@@ -12,7 +12,10 @@ from app.brain import Brain
 from app.cell.parts import Cell
 from app.compiled import Progress, told
 from app.config import MODES, Params, change, tunables
-from app.messages import Goal, JointState, SensorFrame, freeze
+from app.control.controller import Situation
+from app.control.unseen import Unseen
+from app.messages import Command, Goal, JointState, Pairs, SensorFrame, freeze
+from app.perception.perception import Perception
 from app.robot.model import Robot
 from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
@@ -37,7 +40,8 @@ def rehearse(
     second once they are kept on disk.
     """
     with told(progress):
-        brain = Brain(robot, skin, cell, params, goal=_aside(robot))
+        perception = Perception(robot, skin, cell)  # its parts have to be called as well
+        brain = Brain(robot, skin, cell, params, goal=_aside(robot), perception=perception)
         stamp = 0.0
         for mode in tuple(MODES):
             for name in ("mode", *SWITCHES):
@@ -50,7 +54,7 @@ def rehearse(
                     out = brain.tick(_inputs(robot, skin, stamp, depth))
                     if out.trace:
                         raise RuntimeError(f"rehearsing {mode} with {name} turned\n{out.trace}")
-        _seldom(brain, stamp)
+        _seldom(brain, perception, stamp)
 
 
 def turned(params: Params, name: str) -> Params:
@@ -84,9 +88,17 @@ def _full_frame(k: int, kind: SensorType, stamp: float, depth: float) -> SensorF
     )
 
 
-def _seldom(brain: Brain, stamp: float) -> None:
-    """What only happens when something moves, or when a tick fails."""
-    brain._perception._memory.mark_moving(np.zeros((1, 3)), stamp)
+def _seldom(brain: Brain, perception: Perception, stamp: float) -> None:
+    """What only happens when something moves, sensors cannot tell, or a tick fails."""
+    perception._memory.mark_moving(np.zeros((1, 3)), stamp)
     robot = brain.robot
+    nothing, none = np.empty((0, 3)), np.empty(0, dtype=np.int64)
+    nothing_near = Pairs(none, np.empty(0), nothing, nothing, nothing, none, closest=-1)
+    everything = Unseen(*brain._guard._cones.everything)
+    still = Situation(
+        robot.posture(robot.home), JointState(stamp, robot.home, np.zeros(robot.n)),
+        nothing_near, None, brain.params, 0.004, 1.0, np.zeros(robot.n),
+    )  # fmt: skip
+    brain._controllers._unseen.slowed(Command(qd=np.ones(robot.n)), still, everything)
     nowhere = JointState(stamp, np.full(robot.n, np.nan), np.zeros(robot.n))
     brain.tick(replace(_inputs(robot, brain.skin, stamp, 0.3), joints=nowhere, frames=()))

@@ -118,6 +118,7 @@ class Outputs:
     jump:        [m] how far the acted-on control point moved since the last tick.
     memory:      (n, 3) [m] remembered points near the arm, base frame.
     blind:       0..1 share of what the skin should see that it cannot tell of.
+    unable:      (K,) uint8 of `Unable`; the same array as long as nothing changes.
     background:  the learned background and what is being learned.
     trace:       of the exception that ended this tick early; empty of any other.
     """
@@ -143,6 +144,7 @@ class Outputs:
     jump: float = 0.0
     memory: Array = field(default_factory=lambda: np.empty((0, 3)))
     blind: float = 0.0
+    unable: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     trace: str = ""
 
 
@@ -170,6 +172,7 @@ def snapshot_of(
         cloud=out.cloud, pairs=out.pairs, body=out.body, command=out.command,
         status=out.status, params=out.params, health=out.health, rate=out.rate, delay=out.delay,
         notice=out.notice, advice=out.advice, program=out.program, reached=out.reached,
-        jump=out.jump, memory=out.memory, blind=out.blind, background=out.background,
+        jump=out.jump, memory=out.memory, blind=out.blind, unable=out.unable,
+        background=out.background,
         world=world, ghost=ghost, timing=timing,
     )  # fmt: skip

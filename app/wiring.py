@@ -18,6 +18,7 @@ from app.errors import ConfigError, RobotError, SensorError
 from app.ghost import Ghost
 from app.keeper import Keeper
 from app.messages import Array, Goal, Mode, freeze
+from app.perception.perceiver import Perceiver
 from app.plant.mixed import MixedPlant
 from app.plant.plant import Arm
 from app.plant.real import RealPlant
@@ -141,6 +142,7 @@ class Start:
     cell:       the known static place, None: nothing is known.   scene: what the page calls it.
     goal:       None: the tool stays where it is.   programs: those that may be run, by name.
     look_every: [s] between two looks of onlookers at the simulated world.
+    perception: a study's own instead of the one that frames are given to.
     """
 
     cell: Cell | None = None
@@ -150,6 +152,7 @@ class Start:
     begin: Mode = Mode.RUNNING
     scene: str = ""
     look_every: float = 0.0
+    perception: Perceiver | None = None
 
 
 def assemble(
@@ -159,7 +162,7 @@ def assemble(
     """An engine of these parts; `world` None: what the sensors see is real."""
     brain = Brain(
         limited(robot, arm.limits), skin, start.cell, start.params,
-        goal=start.goal, programs=start.programs, begin=start.begin,
+        goal=start.goal, programs=start.programs, begin=start.begin, perception=start.perception,
     )  # fmt: skip
     plant = build_plant(brain.robot, skin, arm, source, world, start.look_every)
     return Engine(brain, plant, clock, rate=rate, scene=start.scene)

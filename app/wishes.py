@@ -10,7 +10,7 @@ from app.control.errand import Errand
 from app.errors import FlinchError
 from app.guard import Guard
 from app.messages import NO_NOTICE, Array, Mode, Notice
-from app.perception.perception import Perception
+from app.perception.perceiver import Perceiver
 from app.tick import Inputs
 
 NOTHING_STILL = "nothing stood still where the skin looks: nothing was learned"
@@ -27,7 +27,7 @@ class Wishes:
         x: Inputs,
         T_base_tool: Array,
         guard: Guard,
-        perception: Perception,
+        perception: Perceiver,
         controllers: Controllers,
     ) -> bool:
         """Do what was asked for; was motion asked for?"""
@@ -63,7 +63,7 @@ class Wishes:
 
     def _set_mode(
         self, mode: Mode, reason: str, now: float, T_base_tool: Array, guard: Guard,
-        perception: Perception,
+        perception: Perceiver,
     ) -> bool:  # fmt: skip
         if mode is Mode.HOLDING:
             self.errand.hold(T_base_tool)
@@ -74,7 +74,7 @@ class Wishes:
 
 
 def _change_background(
-    action: asked.Action, now: float, perception: Perception, controllers: Controllers
+    action: asked.Action, now: float, perception: Perceiver, controllers: Controllers
 ) -> str:
     """Learn, keep, discard or forget; what hides from perception bounds motion at once.
 

@@ -257,30 +257,3 @@ def test_a_brain_with_no_goal_stays_where_it_first_sees_the_arm(robot, skin):
     out = [brain.tick(x) for x, _ in ticks][-1]
     assert isinstance(out.goal, Goal)
     assert np.allclose(out.goal.T_base_tool, ticks[0][1].T_base_tool)
-
-
-@pytest.mark.parametrize(("dead", "share"), [(1, 2 / 3), (2, 1 / 3)])
-def test_each_sensor_that_is_silent_costs_speed_and_is_named(robot, skin, dead, share):
-    bench = Bench(robot, skin)
-    ticks = bench.engine.subscribe(10_000)
-    bench.run(0.3)
-    bench.eye.muted.update(range(dead))
-    T = np.array(bench.run(1.0).T_base_tool)
-    T[:3, 3] += [0.0, -0.6, 0.0]
-    s = bench.run(1.0, SetGoal(T))
-    assert s.status.mode is Mode.RUNNING
-    assert "cannot see with ring1-01 (silent)" in s.advice
-    assert s.blind == pytest.approx(dead / skin.count)
-    fastest = max(np.abs(o.command.qd / robot.qd_max).max() for _, o in ticks.take()[-200:])
-    assert fastest <= share * s.params.joint_speed + 1e-9
-
-
-def test_three_sensors_that_cannot_see_stop_the_arm_by_name(robot, skin):
-    bench = Bench(robot, skin)
-    bench.run(0.3)
-    bench.eye.muted.update((4, 11, 29))
-    stopped = bench.run(1.0)
-    assert stopped.status.mode is Mode.STOPPED
-    assert stopped.status.reason == (
-        "3 of 30 sensors cannot see: ring1-05 (silent), ring2-02 (silent), ring3-10 (silent)"
-    )

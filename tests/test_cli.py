@@ -94,7 +94,8 @@ def test_a_missing_mesh_is_one_line(tmp_path, capfd):
 
 
 def test_headless_json_is_one_object_in_the_common_form():
-    result = flinch("run", "--headless", "--seconds", "0.5", "--seed", "3", "--json")
+    result = flinch("run", "--headless", "--seconds", "0.5", "--seed", "3", "--world", "ideal",
+                    "--json")  # fmt: skip
     assert result.returncode == 0, result.stderr
     content = json.loads(result.stdout)
     assert list(content) == ["what", "machine", "versions", "seed", "rows", "checks"]

@@ -9,7 +9,9 @@ from app.wiring import Setup
 
 
 def steady_true_distance(scene, mode, seconds=8.0):
-    record, _ = run(Setup(scene=scene, seed=3, rate=125.0), seconds, Params(mode=mode))
+    record, _ = run(
+        Setup(scene=scene, seed=3, rate=125.0, world="ideal"), seconds, Params(mode=mode)
+    )
     return record.steady(2.0)
 
 

@@ -9,12 +9,11 @@ from app.bench.control_cases import make_cases
 from app.cli import main
 from app.errors import ConfigError
 from app.judge.truth import TrueDistance
-from app.messages import Pairs
 from app.plot import check_plot, plot_tradeoff
-from app.studies.free_direction import free_direction
-from app.studies.random_worlds import CLEAR, random_goal, random_world, run_trial
+from app.studies.random_scene import CLEAR, random_goal, random_world
 from app.studies.tradeoff import Point, checks, jerk_rms, mean, run_point, switches
 from app.studies.trial_log import Trial, TrialLog
+from app.studies.world_trial import ORACLE, Stage, TrialSpec, run_trial
 
 
 @pytest.fixture(scope="module")
@@ -37,9 +36,9 @@ def test_a_random_world_is_the_same_for_the_same_seed_and_leaves_room_at_the_sta
     assert random_goal(robot, np.random.default_rng(0)).T_base_tool[2, 3] > 0.2
 
 
-@pytest.mark.parametrize("mode", ["sm", "wb", "qp"])
+@pytest.mark.parametrize("mode", ["sm", "wb", "qp", ORACLE])
 def test_a_trial_exceeds_no_limit_and_raises_nothing(robot, skin, truth, mode):
-    t = run_trial(robot, skin, truth, 3, mode, 1.0, 100.0)
+    t = run_trial(Stage(robot, skin, truth), TrialSpec(3, mode, 1.0, 100.0))
     assert t.finite and not t.fault and np.isfinite(t.least)
     assert max(t.speed, t.reach) <= 1e-9 and t.change <= 1e-6
 
@@ -95,24 +94,6 @@ def test_the_trade_off_is_drawn_and_what_cannot_be_drawn_is_refused_before_the_r
     ):
         with pytest.raises(ConfigError, match=word):
             check_plot(wrong)
-
-
-def test_a_free_direction_is_one_that_leaves_every_near_link_room(robot):
-    posture = robot.posture(robot.home)
-
-    def free(distances, normals, coming):
-        k = len(distances)
-        link, on = np.full(k, 6), np.tile(posture.T_base_tool[:3, 3], (k, 1))
-        d, n = np.array(distances), np.array(normals, float)
-        pairs = Pairs(link, d, on, on - d[:, None] * n, n, np.arange(k), 0)
-        return free_direction(robot, posture, pairs, np.array(coming), 0.5)
-
-    x, y = [1.0, 0, 0], [0, 1.0, 0]
-    back = [-1.0, 0, 0]
-    assert free([0.05], [x], [0.2]) and free([0.05, 0.05], [x, y], [0.1, 0.1])
-    assert not free([0.05, 0.05], [x, back], [0.1, 0.0])  # a wall behind
-    assert free([0.05, 0.40], [x, back], [0.1, 0.0])  # which is far enough
-    assert not free([0.05], [x], [5.0])  # too fast for any joint
 
 
 def test_trials_are_kept_on_disk_and_are_not_run_again(tmp_path):

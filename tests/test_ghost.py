@@ -8,7 +8,7 @@ from app.errors import ConfigError
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
-NEAR = Setup(scene="side-panel", rate=100, seed=3)
+NEAR = Setup(scene="side-panel", rate=100, seed=3, world="ideal")
 
 
 def run(setup, seconds, break_at=None):
@@ -23,7 +23,7 @@ def run(setup, seconds, break_at=None):
 
 def test_a_ghost_moves_by_its_own_controller_and_leaves_the_arm_alone():
     _, alone = run(NEAR, 5.0)
-    _, both = run(Setup(scene="side-panel", rate=100, seed=3, ghost="wb"), 5.0)
+    _, both = run(Setup(scene="side-panel", rate=100, seed=3, world="ideal", ghost="wb"), 5.0)
     assert alone.ghost is None and both.ghost.mode == "wb"
     assert np.array_equal(alone.joints.q, both.joints.q)
     assert np.abs(both.ghost.T_base_link - both.T_base_link).max() > 0.05
@@ -31,7 +31,9 @@ def test_a_ghost_moves_by_its_own_controller_and_leaves_the_arm_alone():
 
 
 def test_a_ghost_that_fails_is_left_out_and_the_arm_goes_on():
-    _, s = run(Setup(scene="side-panel", rate=100, seed=3, ghost="wb"), 1.5, break_at=1.0)
+    _, s = run(
+        Setup(scene="side-panel", rate=100, seed=3, world="ideal", ghost="wb"), 1.5, break_at=1.0
+    )
     assert s.ghost is None and s.notice.refused
     assert "the ghost is left out" in s.notice.words and "NoneType" in s.notice.words
     assert s.status.mode == "running" and np.abs(s.joints.qd).max() > 0.0

@@ -4,7 +4,7 @@ import numpy as np
 
 from app.judge.least import LeastDistance
 from app.judge.truth import TrueDistance
-from app.studies.random_worlds import random_world
+from app.studies.random_scene import random_world
 from app.world.world import World
 
 

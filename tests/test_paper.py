@@ -7,7 +7,7 @@ from app.config import Params
 from app.control.registry import kinds
 from app.messages import Verdict
 from app.perception.rules import Rules, rules_of
-from app.studies.tradeoff import Point, run_point
+from app.studies.headless import run
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine
 
@@ -16,8 +16,9 @@ from app.wiring import Setup, build_engine
 def test_before_the_side_plate_the_strict_method_touches_and_the_improved_one_does_not(
     mode, low, high
 ):
-    row = run_point(Point("side-panel", mode, False, 0.25), 8.0, 0, 125.0)
-    assert low < row["least_m"] < high and row["stops"] == 0
+    setup = Setup(scene="side-panel", rate=125.0, world="ideal")
+    record, _ = run(setup, 8.0, Params(mode=mode, memory=False, distance_kept=0.25))
+    assert low < min(record.true_distance) < high and not record.stops
 
 
 def test_only_the_paper_asks_for_strictness_and_it_is_perception_that_knows_what_that_is():
@@ -29,7 +30,7 @@ def test_only_the_paper_asks_for_strictness_and_it_is_perception_that_knows_what
 
 
 def test_what_the_paper_is_told_is_measured_now_and_nothing_else():
-    engine = build_engine(Setup(scene="front-panel", rate=125.0), ManualClock())
+    engine = build_engine(Setup(scene="front-panel", rate=125.0, world="ideal"), ManualClock())
     perception, told = engine.brain._perception, []
     update = perception.update
     perception.update = lambda *given: told.append(update(*given)) or told[-1]

@@ -187,7 +187,7 @@ def test_each_reason_to_refuse_a_zone_has_its_verdict(robot, skin):
     assert only(judged(robot, skin, status=10)) == {Verdict.BAD_STATUS}
     assert only(judged(robot, skin, status=255)) == {Verdict.NO_TARGET}
     assert only(judged(robot, skin, targets=0)) == {Verdict.NO_TARGET}
-    assert only(judged(robot, skin, distance=0.01)) == {Verdict.OUT_OF_RANGE}
+    assert only(judged(robot, skin, distance=0.01)) == {Verdict.CONTACT}
     assert only(judged(robot, skin, distance=4.5)) == {Verdict.OUT_OF_RANGE}
     assert only(judged(robot, skin, now=0.21)) == {Verdict.STALE}
     assert only(judged(robot, skin), sensor=16) == {Verdict.EMPTY}

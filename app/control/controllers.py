@@ -11,6 +11,7 @@ from app.control.keep_out import KeepOut
 from app.control.limits import braked
 from app.control.registry import kinds
 from app.control.stuck import Stuck
+from app.control.unseen import NOTHING_UNSEEN, Unseen, UnseenLimit
 from app.messages import Array, Command, JointState, freeze
 from app.needs import Needs
 from app.robot.model import Robot
@@ -29,6 +30,7 @@ class Controllers:
             name: kind.make(robot, self._clearance) for name, kind in self._kinds.items()
         }
         self._keep_out = KeepOut(robot, self._clearance)
+        self._unseen = UnseenLimit(robot, self._clearance.pieces)
         self._stuck = Stuck()
         self.reset()
 
@@ -47,8 +49,8 @@ class Controllers:
         """What the controller in these settings wants of perception."""
         return self._kinds[params.mode].needs(params)
 
-    def update(self, now: Situation) -> Command:
-        """The next command."""
+    def update(self, now: Situation, unseen: Unseen = NOTHING_UNSEEN) -> Command:
+        """The next command, not faster towards what is `unseen` than the arm can stop."""
         control = self._chosen(now.params.mode)
         tool, stamp = now.posture.T_base_tool, now.joints.stamp
         now = now._replace(goal=self._stuck.goal(now.goal, tool, stamp))
@@ -60,7 +62,7 @@ class Controllers:
         self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp)
         if self._stuck.words and not command.reason:
             command = replace(command, reason=self._stuck.words)
-        return command
+        return self._unseen.slowed(command, now, unseen)
 
     def brake(self, joints: JointState, dt: float, applied: Array) -> Command:
         """As fast to rest as the limits allow; what was followed before is forgotten.

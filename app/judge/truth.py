@@ -6,7 +6,7 @@ bounded from below by the distance of the link's bounding box, which costs micro
 only pairs that may still be the nearest are measured.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import coal
@@ -25,6 +25,21 @@ class Hull(NamedTuple):
     exact: Any
     box: Any
     centre: Array
+
+
+class TruePair(NamedTuple):
+    """Where a link and a body are closest, base frame.
+
+    link: row of the links.   distance: [m], zero or less on contact.
+    on_link, on_body: (3,) [m] the two points.   normal: (3,) unit, from the body to the link.
+    """
+
+    link: int
+    body: str
+    distance: float
+    on_link: Array
+    on_body: Array
+    normal: Array
 
 
 class TrueDistance:
@@ -88,6 +103,29 @@ class TrueDistance:
             if d < best:
                 best, nearest = d, name
         return best, nearest
+
+    def near_pairs(
+        self, T_base_link: Array, shapes: Mapping[str, Shape], bodies: Sequence[BodyPose],
+        within: float,
+    ) -> list[TruePair]:  # fmt: skip
+        """The pair of each link, posed at T_base_link (L, 4, 4), and each of `bodies` that are
+        less than `within` [m] apart."""
+        found = []
+        for link, T in enumerate(T_base_link):
+            hull = self._links[link]
+            for body in bodies:
+                solid, T_body = self._solid(shapes[body.view.name]), body.T_base_body
+                if self._bound(hull, T, solid, T_body) >= within:
+                    continue
+                result = coal.DistanceResult()
+                d = coal.distance(
+                    hull.exact, _at(T), solid.exact, _at(T_body), self._request, result
+                )
+                if d < within:
+                    on, at = result.getNearestPoint1(), result.getNearestPoint2()
+                    ends = np.array(on), np.array(at), -np.array(result.normal)
+                    found.append(TruePair(link, body.view.name, float(d), *ends))
+        return found
 
     def pair(
         self, link: int, T_base_link: Array, shape: Shape, T_base_body: Array, needed: float

@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from app.cell.parts import Cell
 from app.messages import Array, Cloud, SensorFrame, Verdict, freeze
 from app.perception.background import Background
+from app.perception.contact import Contacts
 from app.perception.ghosts import Ghosts
 from app.perception.placing import Lenses, Reports, place_points
+from app.perception.proof import Proof
 from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter, no_judgement
 from app.perception.static_filter import StaticFilter
@@ -22,6 +24,8 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)  # numpy is slow with an enum
+LASTING = np.zeros(len(Verdict), dtype=bool)  # by verdict: does it outlast the frame's age?
+LASTING[[Verdict.EMPTY, Verdict.CONTACT]] = True
 
 
 class SkinCloud:
@@ -41,6 +45,7 @@ class SkinCloud:
         self._self_filter = SelfFilter(robot, skin)
         self.static_filter = StaticFilter(cell)
         self._ghosts = Ghosts(skin)
+        self._contacts, self._proof = Contacts(skin), Proof(skin)
         self.background = Background(cell.learned)
         self.reset()
 
@@ -55,6 +60,13 @@ class SkinCloud:
         self._judged.verdict[:] = Verdict.EMPTY
         self._stamp = np.full(self._skin.count, -np.inf)
         self._ghosts.reset()
+        self._contacts.reset()
+        self._proof.reset()
+
+    @property
+    def unable(self) -> NDArray[np.uint8]:
+        """(K,) of `Unable`: what the frames themselves tell of their sensors."""
+        return np.asarray(np.maximum(self._contacts.unable, self._proof.unable))
 
     def add_frames(self, frames: Sequence[SensorFrame], posture: Posture, rules: Rules) -> None:
         """Judge `frames`, all measured at `posture`; of two of one sensor the later one stays.
@@ -77,6 +89,11 @@ class SkinCloud:
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
         self._ghosts.mark_ghosts(sensors, reports.distance, judged.verdict, judged.gap, rules)
+        if rules.feels_contact:
+            self._contacts.mark(
+                sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points
+            )  # fmt: skip
+        self._proof.weigh(sensors, reports, self._lenses, judged)
         if self.background.learning:
             kept = slots[judged.verdict[slots] == KEPT]
             self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)
@@ -87,12 +104,13 @@ class SkinCloud:
         return Cloud(self._points, j.verdict, j.link, j.gap, j.eps, self._stamp)
 
     def view(self, now: float) -> Cloud:
-        """The cloud as it is at `now` [s]: frames too old for their sensor are stale."""
+        """The cloud as it is at `now` [s]: frames too old for their sensor are stale, but what
+        touched a lens is not known to have left."""
         judged = self._judged
         verdict = judged.verdict.copy()
         old = now - self._stamp > self._skin.traits.oldest
         if old.any():
-            rows = old[self._skin.sensor_of] & (verdict != Verdict.EMPTY)
+            rows = old[self._skin.sensor_of] & ~LASTING[verdict]
             verdict[rows] = Verdict.STALE
         return Cloud(
             points=freeze(self._points.copy()),

@@ -31,7 +31,7 @@ from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-KEPT = int(Verdict.KEPT)  # numpy is slow with an enum
+KEPT, CONTACT = int(Verdict.KEPT), int(Verdict.CONTACT)  # numpy is slow with an enum
 VISITED = -0.01  # [m] a remembered point this deep inside a link is not there any more
 LAST_VISIT = 3  # see `Memory.visited`
 REACH = 0.6  # [m] several pairs a link are looked for up to here: the QP's largest use of them
@@ -77,6 +77,11 @@ class Perception:
     def background(self) -> Background:
         """The learned background."""
         return self._cloud.background
+
+    @property
+    def unable(self) -> NDArray[np.uint8]:
+        """(K,) of `Unable`: which sensors' frames tell that they cannot see."""
+        return self._cloud.unable
 
     def know(self, learned: Learned) -> None:
         """From now on this is what was learned of the cell; what is remembered there was it."""
@@ -165,7 +170,7 @@ class Perception:
         self, cloud: Cloud, posture: Posture, now: float, rules: Rules
     ) -> tuple[Array, NDArray[np.bool_]]:
         """Points (n, 3) to keep clear of and which are in use: the cloud's, then the memory's."""
-        points, use = cloud.points, cloud.verdict == KEPT
+        points, use = cloud.points, (cloud.verdict == KEPT) | (cloud.verdict == CONTACT)
         if not rules.memory:
             self._memory.reset()
             return points, use

@@ -13,6 +13,7 @@ class Rules(NamedTuple):
     doubts_ghosts:  a nearer point waits for a second frame or zone.
     memory:         what left the field of view is remembered.
     obstacle_speed: how fast things come nearer is measured.
+    feels_contact:  what is nearer than a sensor can measure is at its lens.
     """
 
     footprint: bool = True
@@ -20,9 +21,10 @@ class Rules(NamedTuple):
     doubts_ghosts: bool = True
     memory: bool = True
     obstacle_speed: bool = True
+    feels_contact: bool = True
 
 
-PUBLISHED = Rules(False, True, False, False, False)
+PUBLISHED = Rules(False, True, False, False, False, False)
 
 
 def rules_of(params: Params, as_published: bool) -> Rules:

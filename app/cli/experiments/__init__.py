@@ -5,6 +5,7 @@ from typing import Annotated
 
 import tyro
 
+from app.cli.experiments.panels import Panels
 from app.cli.experiments.tradeoff import Tradeoff
 from app.cli.experiments.worlds import Worlds
 
@@ -15,6 +16,7 @@ class Experiment:
 
     what: tyro.conf.OmitArgPrefixes[
         Annotated[Worlds, tyro.conf.subcommand("worlds", prefix_name=False)]
+        | Annotated[Panels, tyro.conf.subcommand("panels", prefix_name=False)]
         | Annotated[Tradeoff, tyro.conf.subcommand("tradeoff", prefix_name=False)]
     ]
 

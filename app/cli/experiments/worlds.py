@@ -13,20 +13,27 @@ class Worlds:
     worlds: int = 30
     """Number of random worlds."""
     seconds: float = 10.0
-    """Length of each run [s]."""
+    """Length of each run [s]; it ends before with a touch."""
     seed: int = 0
     """Seed of the first world."""
+    jobs: int = 1
+    """Number of processes."""
+    shard: str = "1/1"
+    """I/N: only every N-th world from the I-th on, for several machines."""
     log: Path | None = None
-    """A file that each run is added to; what is in it already is not run again."""
+    """A file that each run is added to; what is in it already is not run again. Files of shards
+    can be joined with cat."""
     json: bool = False
     """Print one JSON object."""
 
     def __post_init__(self) -> None:
-        if self.worlds < 1 or not 0.0 < self.seconds < 1e6:
-            raise ConfigError("worlds and seconds must be positive")
+        if min(self.worlds, self.jobs) < 1 or not 0.0 < self.seconds < 1e6:
+            raise ConfigError("worlds, jobs and seconds must be positive")
 
     def __call__(self) -> None:
         from app.studies.random_worlds import random_worlds
 
-        report = random_worlds(self.worlds, self.seconds, self.seed, log=self.log)
+        report = random_worlds(
+            self.worlds, self.seconds, self.seed, log=self.log, jobs=self.jobs, shard=self.shard
+        )
         print(report.to_json() if self.json else report.to_text())

@@ -1,0 +1,227 @@
+"""The fit: Gauss-Newton steps with weights that lose what does not belong.
+
+Where a zone looks is asked anew while the poses still move. Weights are those of a Cauchy
+distribution, w = 1 / (sigma^2 (1 + (r / (c sigma))^2)), whose width c shrinks from step to step:
+at first a sensor that is 0.5 degrees off is off by several sigma in every zone.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from app.calibration.model import (
+    CURVE,
+    LATE,
+    LEAD,
+    PLANES,
+    POSE,
+    STEEPEST,
+    Placed,
+    Predicted,
+    Rows,
+    predict,
+)
+from app.calibration.placing import (
+    Stance,
+    Zones,
+    joints_first,
+    moved_planes,
+    placed_of,
+    rows_of,
+    stance_of,
+)
+from app.calibration.planes import Plane
+from app.calibration.sight import FIRST_LINK, Surroundings
+from app.calibration.solver import Prior, Step, solve_step
+from app.calibration.views import Path, Views
+from app.messages import Array
+from app.robot.model import Robot
+from app.robot.posture import rotation_matrix, rotation_vector
+from app.robot.skin import Skin
+
+WIDTHS = (12.0, 6.0, 4.0, 3.0, 3.0, 3.0)  # c of each step
+LOOKS = (1, 3)  # steps before which it is asked where zones look
+LATE_PRIOR = 0.03, 0.06  # [s] one sigma, of stamps of a stream without a clock
+LEAD_PRIOR, CURVE_PRIOR = (0.0, 0.5), (0.0, 2.0)  # a mean over the zone has -1 < curve < 3
+JOINT_PRIOR = (5e-4,) * 3 + (float(np.radians(0.05)),) * 3  # a UR's calibration against nominal
+ROUNDED = 0.3e-3  # [m] of reports in whole millimetres
+SLANTED = 0.2  # of a zone's spread: how uncertain it is which part of it is reported
+WIDEST = 0.015  # [m] spread of a zone that still counts
+NOT_FLAT = 0.003  # [m] of a link's mesh against the link, and half of its bend within a zone
+NEAR_SHARE = 0.5  # of the offset near the lens that its type gives
+ON_THE_WAY = 0.001  # [m] of a moving arm's reports: between two of its joint states
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Fit:
+    """What was found: T_link_sensor (K, 4, 4), share (K, Z), shared (G,), T_plane (P, 4, 4), the
+    last step's covariances, and the rows with their residuals [m], sigma [m] and weight."""
+
+    T_link_sensor: Array
+    share: Array
+    shared: Array
+    T_plane: Array
+    step: Step
+    rows: Rows
+    residual: Array
+    sigma: Array
+    weight: Array
+
+    @property
+    def late(self) -> float:
+        """[s] that stamps are late."""
+        return float(self.shared[LATE])
+
+    @property
+    def late_sigma(self) -> float:
+        """[s] one standard deviation of it."""
+        return float(np.sqrt(self.step.shared_cov[LATE, LATE]))
+
+
+class Fitter:
+    """The fit of one recording's views."""
+
+    def __init__(
+        self, robot: Robot, skin: Skin, planes: tuple[Plane, ...], views: Views, path: Path
+    ) -> None:
+        self.robot, self.skin, self.planes, self.views, self.path = (
+            robot, skin, planes, views, path
+        )  # fmt: skip
+        self.around = Surroundings(robot, skin, planes)
+        self.zones = Zones(skin, self.around.zones)
+        self.laid_out = np.array([s.T_link_sensor for s in skin.sensors])
+        errors = [s.type.error for s in skin.sensors]
+        known = skin.ranges is not None  # then the offset near the lens is in the table
+        self._near = np.array(
+            [[0.0 if known else e.near_offset_m, e.near_offset_below_m] for e in errors]
+        )
+        self.prior = self._prior()
+
+    def begin(self) -> Fit:
+        """As laid out, with residuals."""
+        K, G = self.skin.count, len(self.prior.middle)
+        nothing = Step(
+            np.zeros((K, POSE)), np.zeros((K, self.around.zones)), np.zeros(G),
+            np.tile(np.diag(self.prior.pose**2), (K, 1, 1)),
+            np.full((K, self.around.zones), self.prior.share), np.diag(self.prior.shared**2),
+        )  # fmt: skip
+        T_plane = np.array([p.T_base_plane for p in self.planes])
+        share = np.zeros((K, self.around.zones))
+        return self._look(self.laid_out, share, self.prior.middle.copy(), T_plane, nothing)
+
+    def expected(self) -> tuple[Fit, Predicted]:
+        """As laid out, with what the views should report: for views that nobody has seen yet."""
+        fit = self.begin()
+        _, placed = self._place(fit.T_link_sensor, fit.shared)
+        return fit, self._predict(fit.rows, placed, fit.share, fit.shared, fit.T_plane)
+
+    def run(self, fit: Fit | None = None) -> Fit:
+        """All steps."""
+        fit = fit or self.begin()
+        for i, width in enumerate(WIDTHS):
+            fit = self._step(fit, width, look=i in LOOKS)
+        return fit
+
+    def _step(self, fit: Fit, width: float, look: bool) -> Fit:
+        rows = fit.rows
+        stance, placed = self._place(fit.T_link_sensor, fit.shared)
+        if look:
+            rows = self._rows(stance, placed, fit.T_plane)
+        said = self._predict(rows, placed, fit.share, fit.shared, fit.T_plane)
+        sigma = self._sigma(rows, said)
+        weight = _weights((rows.report - said.report) / sigma, width) / sigma**2
+        weight[~_useful(said)] = 0.0
+        step = solve_step(
+            rows, said, weight, self.offsets(fit.T_link_sensor), fit.share, fit.shared, self.prior
+        )
+        T = fit.T_link_sensor @ np.array([_rigid(p) for p in step.pose])
+        share, shared = fit.share + step.share, fit.shared + step.shared
+        P = len(self.planes)
+        T_plane = moved_planes(
+            fit.T_plane, step.shared[PLANES : PLANES + 3 * P].reshape(P, 3)
+        )
+        said = self._predict(rows, self._place(T, shared)[1], share, shared, T_plane)
+        return Fit(T, share, shared, T_plane, step, rows, rows.report - said.report, sigma, weight)
+
+    def offsets(self, T_link_sensor: Array) -> Array:
+        """(K, 6) shift [m] and turn [rad] of each sensor in its frame as laid out."""
+        T = np.linalg.inv(self.laid_out) @ T_link_sensor
+        return np.array([[*t[:3, 3], *rotation_vector(t[:3, :3])] for t in T])
+
+    def _look(
+        self, T: Array, share: Array, shared: Array, T_plane: Array, step: Step
+    ) -> Fit:
+        stance, placed = self._place(T, shared)
+        rows = self._rows(stance, placed, T_plane)
+        said = self._predict(rows, placed, share, shared, T_plane)
+        sigma = self._sigma(rows, said)
+        weight = np.where(_useful(said), sigma**-2, 0.0)
+        return Fit(
+            T, share, shared, T_plane, step, rows, rows.report - said.report, sigma, weight
+        )
+
+    def _place(self, T_link_sensor: Array, shared: Array) -> tuple[Stance, Placed]:
+        error = shared[joints_first(len(self.planes)) :].reshape(self.robot.n, 6)
+        stance = stance_of(self.robot, self.views, self.path, float(shared[LATE]), error)
+        return stance, placed_of(self.robot, self.skin, self.views, stance, T_link_sensor)
+
+    def _rows(self, stance: Stance, placed: Placed, T_plane: Array) -> Rows:
+        return rows_of(self.views, stance, placed, self.around, self.zones, T_plane)
+
+    def _predict(
+        self, rows: Rows, placed: Placed, share: Array, shared: Array, T_plane: Array
+    ) -> Predicted:
+        n = T_plane[:, :3, 2]
+        height = rows.height.copy()
+        normal = rows.normal.copy()
+        on = rows.target >= 0
+        normal[on] = n[rows.target[on]]
+        height[on] = (n * T_plane[:, :3, 3]).sum(axis=1)[rows.target[on]]
+        now = Rows(**{
+            name: {"normal": normal, "height": height}.get(name, getattr(rows, name))
+            for name in Rows.__slots__
+        })  # fmt: skip
+        return predict(
+            now, placed, share[rows.sensor, rows.zone], shared, T_plane, self._near[rows.sensor]
+        )
+
+    def _sigma(self, rows: Rows, said: Predicted) -> Array:
+        """(N,) [m] one standard deviation of each row, with what the model leaves out."""
+        floor, part = self.skin.traits.noise[rows.sensor].T
+        noise = np.maximum(floor, part * np.abs(rows.report)) / np.sqrt(rows.frames)
+        near = self._near[rows.sensor]
+        offset = NEAR_SHARE * near[:, 0] * np.clip(1.0 - said.depth / near[:, 1], 0.0, 1.0)
+        moving = np.where(self.views.moving[rows.view], ON_THE_WAY, 0.0)
+        flat = np.where(rows.target <= FIRST_LINK, np.hypot(NOT_FLAT, rows.bent / 2), 0.0)
+        slant = SLANTED * said.spread
+        return np.asarray(
+            np.sqrt(noise**2 + ROUNDED**2 + offset**2 + moving**2 + flat**2 + slant**2)
+        )
+
+    def _prior(self) -> Prior:
+        doubt = self.skin.doubt
+        planes = [s for p in self.planes for s in (p.sigma[0], p.sigma[1], p.sigma[1])]
+        joints = list(JOINT_PRIOR) * self.robot.n
+        shared = [LATE_PRIOR[1], LEAD_PRIOR[1], CURVE_PRIOR[1], *planes, *joints]
+        middle = np.zeros(len(shared))
+        middle[[LATE, LEAD, CURVE]] = LATE_PRIOR[0], LEAD_PRIOR[0], CURVE_PRIOR[0]
+        position, angle = float(doubt.position.max()), float(doubt.angle.max())
+        return Prior(
+            np.array([position] * 3 + [angle] * 3), float(doubt.share.max()), np.array(shared),
+            middle,
+        )  # fmt: skip
+
+
+def _useful(said: Predicted) -> np.ndarray:
+    """(N,) rows that the model can speak of."""
+    return (said.slant > STEEPEST) & (said.spread < WIDEST) & (said.depth > 0.0)
+
+
+def _weights(r: Array, width: float) -> Array:
+    return np.asarray(1.0 / (1.0 + (r / width) ** 2))
+
+
+def _rigid(step: Array) -> Array:
+    T = np.eye(4)
+    T[:3, 3], T[:3, :3] = step[:3], rotation_matrix(step[3:])
+    return T

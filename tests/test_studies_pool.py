@@ -1,0 +1,65 @@
+"""Trials on many processes: the same answers, whatever does them."""
+
+from functools import partial
+
+import pytest
+
+from app.cli import main
+from app.errors import ConfigError
+from app.studies.bootstrap import bootstrap
+from app.studies.pool import each, shard_of
+from app.studies.random_worlds import split
+from app.studies.trial_log import Trial
+from app.studies.world_trial import ORACLE, TrialSpec, run_spec
+
+
+def test_shards_are_apart_and_leave_nothing_out():
+    specs = range(11)
+    parts = [shard_of(specs, f"{i}/3") for i in (1, 2, 3)]
+    assert sorted(x for part in parts for x in part) == list(specs)
+    for wrong in ("0/3", "4/3", "a/b", "1", "-1/2"):
+        with pytest.raises(ConfigError, match="give I/N"):
+            shard_of(specs, wrong)
+
+
+def test_several_processes_give_the_results_of_one():
+    work, specs = partial(divmod, 1000), range(1, 40)
+    assert sorted(each(work, specs, jobs=2)) == sorted(each(work, specs))
+
+
+def test_a_trial_is_the_same_whatever_was_run_before_it():
+    spec, other = TrialSpec(5, "qp", 0.4), TrialSpec(6, "sm", 0.2)
+    before = run_spec(spec)
+    run_spec(other)
+    assert run_spec(spec) == before and not before.fault
+
+
+def test_a_trial_that_dies_is_a_trial_with_its_cause():
+    assert "nobody" in run_spec(TrialSpec(1, "nobody", 0.1)).fault
+
+
+def test_what_the_oracle_touches_as_well_is_nobodys_fault():
+    unseen, seen = {"cause": "not seen"}, {"cause": "no free direction"}
+    trials = [
+        Trial(1, "qp", touch=seen), Trial(1, ORACLE, touch=seen),
+        Trial(2, "qp", touch=unseen), Trial(2, ORACLE),
+        Trial(3, "qp", touch=seen), Trial(3, ORACLE),
+        Trial(4, "qp"), Trial(4, ORACLE, touch=seen),
+    ]  # fmt: skip
+    row = split("qp", trials)
+    assert (row["nobody"], row["perception"], row["control"]) == (1, 1, 1)
+
+
+def test_an_interval_holds_its_mean_and_is_narrow_where_all_agree():
+    mean, low, high = bootstrap([0.1, 0.2, 0.3])
+    assert mean == pytest.approx(0.2) and 0.1 <= low < 0.2 < high <= 0.3
+    assert bootstrap([0.5] * 10) == pytest.approx((0.5, 0.5, 0.5))
+    # of a normal variable the interval is the mean's two deviations each way
+    wide = bootstrap([-1.0, 1.0] * 200)
+    assert wide.high == pytest.approx(1.96 / 20.0, rel=0.1)
+
+
+@pytest.mark.parametrize(("what", "wrong"), [("worlds", "--jobs"), ("panels", "--seeds")])
+def test_numbers_that_make_no_study_are_refused_before_it(what, wrong, capsys):
+    assert main(["experiment", what, wrong, "0"]) == 1
+    assert "must be positive" in capsys.readouterr().err
