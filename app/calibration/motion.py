@@ -43,7 +43,9 @@ class Drive:
                 takes = travel_time(b - a, self._speed)
                 begin = self._clock.now()
                 while (t := self._clock.now() - begin) < takes:
-                    self._tick(a + (b - a) * _share(t, b - a, self._speed), _rate(t, b - a, self._speed))
+                    self._tick(
+                        a + (b - a) * _share(t, b - a, self._speed), _rate(t, b - a, self._speed)
+                    )
                 self._stand(rest, b)
                 done += takes + rest
             progress(1.0)
