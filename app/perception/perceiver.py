@@ -6,6 +6,9 @@ There is one `Perception`; a study may give a brain another one that knows the t
 from collections.abc import Sequence
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from app.cell.learned import Learned
 from app.config import Params
 from app.messages import JointState, SensorFrame
@@ -20,6 +23,8 @@ class Perceiver(Protocol):
 
     @property
     def background(self) -> Background: ...
+    @property
+    def unable(self) -> NDArray[np.uint8]: ...
 
     def know(self, learned: Learned) -> None: ...
     def reset(self) -> None: ...

@@ -51,6 +51,7 @@ class TruePerception:
         self._body = BodyPairs(robot)
         self._many = ManyPairs(self._body)
         self.background = Background(NOTHING_LEARNED)
+        self.unable = np.zeros(skin.count, dtype=np.uint8)
         self.reset()
 
     def know(self, learned: Learned) -> None:
@@ -84,9 +85,9 @@ class TruePerception:
         use = np.ones(len(points), dtype=bool)
         body = self._body.search(points, use, posture)
         pairs = self._many.update(body, points, use, posture, REACH, joints.stamp)
-        pairs = replace(pairs, approach=freeze(self._approach(pairs, T, dt)))
-        if needs.ages:
-            pairs = replace(pairs, age=freeze(np.where(pairs.slot >= 0, 0.0, np.inf)))
+        unsure = freeze(np.where(pairs.slot >= 0, 0.0, np.inf))  # of nothing that is there
+        approach = freeze(self._approach(pairs, T, dt))
+        pairs = replace(pairs, approach=approach, sigma=unsure, age=unsure)
         self._T = T
         lap("pairs")
         return self._percept(posture, pairs, body, joints.stamp)
