@@ -38,21 +38,23 @@ def random_worlds(
     log: Path | None = None,
     jobs: int = 1,
     shard: str = "1/1",
+    world: str = "honest",
     rate: float = 125.0,
 ) -> Report:
     """`worlds` worlds for `seconds` each, under every controller and the oracle.
 
     log:   a file of trials; those in it are not run again, and each new one is added to it.
     shard: 'I/N': only every N-th world from the I-th on.
+    world: error budget of the simulation.
     """
-    done = TrialLog(log, {"seconds": seconds, "rate": rate})
+    done = TrialLog(log, {"seconds": seconds, "rate": rate, "world": world})
     modes = [*(kind.name for kind in taking_part("worlds")), ORACLE]
     seeds = shard_of(range(seed, seed + worlds), shard)
     wanted = [(i, mode) for i in seeds for mode in modes]
-    missing = [TrialSpec(*key, seconds, rate) for key in done.missing(wanted)]
+    missing = [TrialSpec(*key, seconds, rate, world) for key in done.missing(wanted)]
     if jobs > 1 and missing:
         for mode in modes:  # every kernel is compiled once, before there are several processes
-            run_spec(TrialSpec(seed, mode, WARM, rate))
+            run_spec(TrialSpec(seed, mode, WARM, rate, world))
     for trial in each(run_spec, missing, jobs):
         done.add(trial)
     trials = [done.done[key] for key in wanted]
