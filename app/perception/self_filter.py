@@ -34,7 +34,6 @@ from app.perception.casting import (
 )
 from app.perception.footprint import Fan, fan_of
 from app.perception.returns import (
-    KEPT,
     Judgement,
     Returns,
     explain_returns,
@@ -67,7 +66,7 @@ class SelfFilter:
     """
 
     def __init__(self, robot: Robot, skin: Skin, caution: float = 1.0) -> None:
-        self.depth=DEPTH
+        self.depth = DEPTH
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
         self._hulls, self._fan, self._known = _hulls(robot), fan_of(skin), known_of(skin, caution)
         self._own = _own_returns(robot, self._fan, self._known, self._hulls)
@@ -126,7 +125,7 @@ def _own_returns(robot: Robot, fan: Fan, known: Known, hulls: Hulls) -> Returns:
     body is near."""
     shape = (len(fan.centre), fan.offset.shape[1])
     own = Returns(np.full(shape, MISS), np.full(shape, -1, np.int16))
-    for k, mount in enumerate(fan.link):
+    for k in range(len(fan.link)):
         mine = slice(fan.first[k], fan.first[k + 1])
         away = np.full(fan.first[k + 1] - fan.first[k], USUAL)
         for _ in range(2):
