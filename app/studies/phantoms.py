@@ -16,6 +16,7 @@ import numpy as np
 
 from app.actions import SetGoal
 from app.config import Params
+from app.errors import ConfigError, options
 from app.messages import Array, Snapshot, Verdict, freeze
 from app.report import Check, Report
 from app.robot.arm import SimulatedArm
@@ -69,6 +70,15 @@ CONDITIONS = (
     Condition("with a tool", tool=TOOL),
     Condition("calibrated, with a tool", calibrated=True, tool=TOOL),
 )
+
+
+def choose(names: tuple[str, ...]) -> tuple[Condition, ...]:
+    """The conditions of these names, all without any; ConfigError lists the names."""
+    known = {c.name: c for c in CONDITIONS}
+    for name in names:
+        if name not in known:
+            raise ConfigError(f"no condition {name!r}; {options(name, known)}")
+    return tuple(known[name] for name in names) or CONDITIONS
 
 
 def phantoms(
