@@ -36,6 +36,7 @@ BODY = 2.5e-3
 # sigmas along a ray and across it; `flinch experiment frontier` shows what more would cost, and
 # what noise carries beyond them for one frame waits for a second (see `app.perception.ghosts`)
 SIGMAS, ASIDE = 2.5, 1.5
+BASE, LEAST = 0.02, 0.03  # [m] the paper's threshold; it gives no figure
 WIDEST = 2.5  # half widths of a zone; a lens at its own body would have all around it excused
 
 
@@ -174,6 +175,13 @@ def threshold(known: Known, k: int, distance: float, speed: float) -> float:
     variance += known.position[k] ** 2 + BODY * BODY + (known.time[k] * speed) ** 2
     near = known.near[k, 0] * min(max(1.0 - distance / known.near[k, 1], 0.0), 1.0)
     return near + known.sigmas[0] * np.sqrt(variance)
+
+
+@compiled
+def published_threshold(known: Known, k: int, distance: float) -> float:
+    """[m] the same where one ray stands for a zone, as in the paper: a few centimetres."""
+    noise = noise_of(known.noise[k, 0], known.noise[k, 1], distance)
+    return max(LEAST, BASE + 3.0 * noise)
 
 
 @compiled
