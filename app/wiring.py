@@ -35,6 +35,7 @@ from app.robot.tables import AS_IT_IS, Choice
 from app.runtime import Engine
 from app.sensing.budget import read_budget
 from app.sensing.error_model import ErrorModel
+from app.sensing.latency import with_stamp_doubt
 from app.sensing.mixed import MixedSkin
 from app.sensing.open_ports import open_skin
 from app.sensing.replay import Replay, read_recording
@@ -312,6 +313,9 @@ def build_robot(setup: Setup) -> Robot:
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
     """What is believed of the layout whose covers the robot wears, as `build_robot` chose it."""
     skin = lay_out(robot)
+    kind, _, ports = setup.sensors.partition("+simulated")[0].partition(":")
+    if kind == "serial" and ports:
+        skin = with_stamp_doubt(skin, ports)
     if setup.ranges is not None:
         skin = replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
     return with_mounts(skin, load_mounts(setup.mounts), robot) if setup.mounts else skin

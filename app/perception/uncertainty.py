@@ -91,55 +91,69 @@ def pair_sigmas(known: Known, pairs: Pairs, posture: Posture, qd: Array) -> Arra
     posture, qd: (n,) [rad/s] where the arm is and how it moves. How far the world has moved since
     the frame is none of this.
     """
-    out = np.full(len(pairs.slot), np.nan)
-    rows = np.flatnonzero((pairs.slot >= 0) & (pairs.slot < len(known.sensor_of)))
-    if not len(rows):
-        return out
-    sensors = known.sensor_of[pairs.slot[rows]]
-    points, normals = pairs.on_world[rows], pairs.normal[rows]
-    J = posture.distance_rows(known.link[sensors], points, normals)
-    between = J - posture.distance_rows(pairs.link[rows], pairs.on_robot[rows], normals)
-    variance = np.empty(len(rows))
-    _add_up(sensors, points, normals, J @ qd, between, posture.T_base_link, known, variance)
-    out[rows] = np.sqrt(variance)
+    out = np.empty(len(pairs.slot))
+    ends = Ends(pairs.slot, pairs.link, pairs.on_robot, pairs.on_world, pairs.normal)
+    _add_up(ends, Motion(posture.T_base_link, posture.J_base, posture.supports, qd), known, out)
     return out
 
 
-@compiled
-def _add_up(
-    sensors: NDArray[np.int64],
-    points: Array,
-    normals: Array,
-    speed: Array,
-    between: Array,
-    T_base_link: Array,
-    known: Known,
-    out: Array,
-) -> None:
-    """Write the variances (m,) [m^2] of `points` (m, 3) along `normals` (m, 3), base frame.
+class Ends(NamedTuple):
+    """Of B pairs, as in `Pairs`."""
 
-    sensors: (m,) that saw them.   speed: (m,) J . qd [m/s].   between: (m, n) J - J'.
-    """
-    for i in range(len(sensors)):
-        k = sensors[i]
-        T, n = T_base_link[known.link[k]], normals[i]
+    slot: NDArray[np.int64]
+    link: NDArray[np.int64]
+    on_robot: Array
+    on_world: Array
+    normal: Array
+
+
+class Motion(NamedTuple):
+    """T_base_link (L, 4, 4), J_base (6, n), supports (L, n), qd (n,) [rad/s]."""
+
+    T_base_link: Array
+    J_base: Array
+    supports: Array
+    qd: Array
+
+
+@compiled
+def _add_up(pairs: Ends, moves: Motion, known: Known, out: Array) -> None:
+    """Write the deviations (B,) [m] of the points along the pairs' normals, base frame."""
+    mine, other = np.empty((2, len(moves.qd)))
+    for i in range(len(pairs.slot)):
+        if not 0 <= pairs.slot[i] < len(known.sensor_of):
+            out[i] = np.nan
+            continue
+        k, n = known.sensor_of[pairs.slot[i]], pairs.normal[i]
+        T, o, p = moves.T_base_link[known.link[k]], known.origin[k], pairs.on_world[i]
         square, along = 0.0, 0.0
         for a in range(3):
-            o = known.origin[k]
-            v = points[i, a] - (T[a, 3] + T[a, 0] * o[0] + T[a, 1] * o[1] + T[a, 2] * o[2])
+            v = p[a] - (T[a, 3] + T[a, 0] * o[0] + T[a, 1] * o[1] + T[a, 2] * o[2])
             square += v * v
             along += v * n[a]
         r = np.sqrt(square)
         ranges = range_variance(known.noise[k, 0], known.noise[k, 1], known.share[k], r)
         across = max(square - along * along, 0.0)  # |(p - o) x n|^2
-        lever = 0.0
-        for j in range(between.shape[1]):
-            lever += between[i, j] * between[i, j]
-        out[i] = (
+        _rates(p, n, moves.J_base, moves.supports[known.link[k]], mine)
+        _rates(pairs.on_robot[i], n, moves.J_base, moves.supports[pairs.link[i]], other)
+        speed, lever = 0.0, 0.0
+        for j in range(len(mine)):
+            speed += mine[j] * moves.qd[j]
+            lever += (mine[j] - other[j]) ** 2
+        out[i] = np.sqrt(
             ranges * along * along / max(square, 1e-12)
             + known.position[k] ** 2 + known.angle[k] ** 2 * across
-            + (known.time[k] * speed[i]) ** 2 + known.joint[0] ** 2 * lever
+            + (known.time[k] * speed) ** 2 + known.joint[0] ** 2 * lever
         )  # fmt: skip
+
+
+@compiled
+def _rates(p: Array, n: Array, J_base: Array, support: Array, out: Array) -> None:
+    """Write the rates (n,) along n (3,) of a point p (3,) of a link: [n, p x n] J_base."""
+    x, y, z = p[1] * n[2] - p[2] * n[1], p[2] * n[0] - p[0] * n[2], p[0] * n[1] - p[1] * n[0]
+    for j in range(len(out)):
+        along = n[0] * J_base[0, j] + n[1] * J_base[1, j] + n[2] * J_base[2, j]
+        out[j] = support[j] * (along + x * J_base[3, j] + y * J_base[4, j] + z * J_base[5, j])
 
 
 @compiled
