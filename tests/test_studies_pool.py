@@ -8,7 +8,7 @@ from app.cli import main
 from app.errors import ConfigError
 from app.studies.bootstrap import bootstrap
 from app.studies.pool import each, shard_of
-from app.studies.random_worlds import split
+from app.studies.random_worlds import random_worlds, split
 from app.studies.trial_log import Trial
 from app.studies.world_trial import ORACLE, TrialSpec, run_spec
 
@@ -32,6 +32,14 @@ def test_a_trial_is_the_same_whatever_was_run_before_it():
     before = run_spec(spec)
     run_spec(other)
     assert run_spec(spec) == before and not before.fault
+
+
+@pytest.mark.slow
+def test_random_worlds_are_the_same_on_two_processes_and_from_a_log(tmp_path):
+    log = tmp_path / "worlds.jsonl"
+    alone, together = random_worlds(2, 0.3), random_worlds(2, 0.3, jobs=2, log=log)
+    assert together.rows == alone.rows and len(log.read_text().splitlines()) == 8
+    assert random_worlds(2, 0.3, log=log).rows == alone.rows
 
 
 def test_a_trial_that_dies_is_a_trial_with_its_cause():
