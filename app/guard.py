@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from app.control.supervisor import Supervisor, speed_share
 from app.control.unseen import NOTHING_UNSEEN, Unseen
-from app.messages import Command, Mode, Status, Unable, freeze
+from app.messages import Command, Mode, SensorFrame, Status, Unable, freeze
 from app.perception.blindness import cones_of
 from app.perception.health import SkinHealth
 from app.robot.model import Robot
@@ -76,6 +76,12 @@ class Guard:
         if wakes:
             self._supervisor.ready(self._begin, x.now)
         return wakes
+
+    def believed(self, frames: Sequence[SensorFrame]) -> Sequence[SensorFrame]:
+        """Without those that repeat what was: an arm would give way to its own trace."""
+        if not (self.unable == Unable.FROZEN).any():
+            return frames
+        return [f for f in frames if self.unable[f.sensor] != Unable.FROZEN]
 
     def ask(self, mode: Mode, reason: str, now: float) -> None:
         """A person asks for a mode."""

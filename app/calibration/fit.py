@@ -8,6 +8,7 @@ at first a sensor that is 0.5 degrees off is off by several sigma in every zone.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.calibration.model import (
     CURVE,
@@ -40,6 +41,9 @@ from app.robot.posture import rotation_matrix, rotation_vector
 from app.robot.skin import Skin
 
 WIDTHS = (12.0, 6.0, 4.0, 3.0, 3.0, 3.0)  # c of each step
+SETTLED = 3.0  # c from which residuals tell how large sigma is
+ENOUGH, SCALES = 300, (0.4, 3.0)  # rows of a kind for that, and what is believed of it
+ONE_SIGMA = 1.4826  # of the median of |r| of a normal distribution
 LOOKS = (1, 3)  # steps before which it is asked where zones look
 LATE_PRIOR = 0.03, 0.06  # [s] one sigma, of stamps of a stream without a clock
 LEAD_PRIOR, CURVE_PRIOR = (0.0, 0.5), (0.0, 2.0)  # a mean over the zone has -1 < curve < 3
@@ -128,9 +132,11 @@ class Fitter:
         if look:
             rows = self._rows(stance, placed, fit.T_plane)
         said = self._predict(rows, placed, fit.share, fit.shared, fit.T_plane)
+        useful, rest = _useful(said), rows.report - said.report
         sigma = self._sigma(rows, said)
-        weight = _weights((rows.report - said.report) / sigma, width) / sigma**2
-        weight[~_useful(said)] = 0.0
+        if width <= SETTLED:
+            sigma = sigma * self._scale(rows, rest / sigma, useful)
+        weight = np.where(useful, _weights(rest / sigma, width) / sigma**2, 0.0)
         step = solve_step(
             rows, said, weight, self.offsets(fit.T_link_sensor), fit.share, fit.shared, self.prior
         )
@@ -192,6 +198,16 @@ class Fitter:
             np.sqrt(noise**2 + ROUNDED**2 + offset**2 + moving**2 + flat**2 + slant**2)
         )
 
+    def _scale(self, rows: Rows, z: Array, useful: NDArray[np.bool_]) -> Array:
+        """(N,) by what the spread of residuals differs from sigma, kind by kind."""
+        kind = 2 * (rows.target <= FIRST_LINK) + self.views.moving[rows.view]
+        out = np.ones(len(z))
+        for i in range(4):
+            mine = (kind == i) & useful
+            if mine.sum() >= ENOUGH:
+                out[kind == i] = np.clip(ONE_SIGMA * np.median(np.abs(z[mine])), *SCALES)
+        return out
+
     def _prior(self) -> Prior:
         doubt = self.skin.doubt
         planes = [s for p in self.planes for s in (p.sigma[0], p.sigma[1], p.sigma[1])]
@@ -206,7 +222,7 @@ class Fitter:
         )  # fmt: skip
 
 
-def _useful(said: Predicted) -> np.ndarray:
+def _useful(said: Predicted) -> NDArray[np.bool_]:
     """(N,) rows that the model can speak of."""
     return (said.slant > STEEPEST) & (said.spread < WIDEST) & (said.depth > 0.0)
 

@@ -1,4 +1,7 @@
-"""Driving the arm through the postures of a plan while all that comes in is recorded."""
+"""Driving the arm through the postures of a plan while all that comes in is recorded.
+
+Nothing gives way here: the ways were checked against the cell before, and people keep out.
+"""
 
 from collections.abc import Callable
 
@@ -6,104 +9,105 @@ import numpy as np
 
 from app.calibration.postures import BENDS, Plan, travel_time
 from app.calibration.recording import Recorder, Recording
-from app.errors import SensorError
+from app.errors import FlinchError, SensorError
 from app.messages import Array
-from app.plant.plant import Arm
+from app.plant.plant import Plant, Reading
 from app.robot.model import Robot
 from app.robot.skin import Skin
-from app.sensing.source import Source
 from app.timing import Clock, Ticker
 
 RATE = 125.0  # ticks a second
-PULL = 4.0  # [1/s] how fast what is left of the way is made up for
+PULL = 6.0  # [1/s] how fast what is left of the way is made up for
+AHEAD = 0.03  # [s] that a velocity loop lags
 MOST = 1.25  # times the plan's speed that a joint may be told
+ASTRAY = 0.15  # [rad] from where it should be: something holds the arm
+PATIENCE = 1.0  # [s] of silent sensors
 ENGAGING = 10.0  # [s] that an arm is given to be ready
 
 Progress = Callable[[float], None]  # told which share of the motion is done
+Moves = Callable[[bool], None]  # told whether the arm sets out or rests
+
+
+def unheeded(moves: bool) -> None:
+    """Nobody needs to know."""
 
 
 class Drive:
-    """An arm, its skin's frames, and where they are recorded."""
+    """Moves a plant's arm, `speed` [rad/s] at most, and records."""
 
-    def __init__(
-        self, robot: Robot, skin: Skin, arm: Arm, source: Source, clock: Clock, speed: float
-    ) -> None:
-        self._robot, self._arm, self._source, self._clock = robot, arm, source, clock
-        self._speed, self._recorder = speed, Recorder(robot, skin)
+    def __init__(self, robot: Robot, skin: Skin, plant: Plant, clock: Clock, speed: float) -> None:
+        self._plant, self._clock, self._speed = plant, clock, speed
+        self._recorder = Recorder(robot, skin)
         self._ticker = Ticker(clock, 1.0 / RATE)
 
-    def run(self, plan: Plan, rest: float, progress: Progress) -> Recording:
-        """Visit every posture, `rest` [s] in each; raises FlinchError, and the arm brakes, when it
-        or the skin reports a fault."""
-        q, done = plan.q, 0.0
+    def run(self, plan: Plan, rest: float, progress: Progress, moves: Moves = unheeded) -> Recording:
+        """Visit every posture, `rest` [s] in each.
+
+        Raises FlinchError, and the arm brakes, when it or the skin reports a fault.
+        """
+        q, done = plan.q, rest
         try:
-            self._stand(rest + self._ready())
+            self._make_ready()
+            self._follow(q[0], np.zeros_like(q[0]), rest)
             for a, b in zip(q[:-1], q[1:], strict=True):
-                progress(done / max(plan.seconds, 1e-9))
+                progress(min(done / plan.seconds, 1.0))
+                moves(True)
                 takes = travel_time(b - a, self._speed)
-                begin = self._clock.now()
-                while (t := self._clock.now() - begin) < takes:
-                    self._tick(
-                        a + (b - a) * _share(t, b - a, self._speed), _rate(t, b - a, self._speed)
-                    )
-                self._stand(rest, b)
+                self._follow(a, b - a, takes)
+                moves(False)
+                self._follow(b, np.zeros_like(b), rest)
                 done += takes + rest
             progress(1.0)
         finally:
-            self._arm.send(np.zeros(self._robot.n), 1.0 / RATE)
+            self._plant.send(np.zeros(q.shape[1]), 1.0 / RATE)
         return self._recorder.done()
 
-    def _ready(self) -> float:
-        """Have the arm follow commands; [s] it took, at most `ENGAGING`."""
-        self._arm.engage()
+    def _make_ready(self) -> None:
+        """Have the arm follow commands."""
+        self._plant.engage()
         begin = self._clock.now()
-        while not self._report_ready() and self._clock.now() - begin < ENGAGING:
-            self._ticker.wait()
-        return 0.0
+        while not (reading := self._read()).arm.ready:
+            if self._clock.now() - begin > ENGAGING:
+                why = reading.arm.fault or reading.arm.advice
+                raise FlinchError(f"the arm is not ready after {ENGAGING:g} s: {why}")
 
-    def _report_ready(self) -> bool:
-        return self._arm.report(self._clock.now()).ready
+    def _follow(self, begin: Array, way: Array, seconds: float) -> None:
+        """Go `way` (n,) [rad] from `begin` (n,), or rest where it is nothing."""
+        start, most = self._clock.now(), MOST * self._speed
+        while (t := self._clock.now() - start) < seconds:
+            share, rate = along(t, way, self._speed)[0], along(t + AHEAD, way, self._speed)[1]
+            reading = self._read()
+            fault = reading.arm.fault or reading.source.fault or reading.source.ended
+            if fault:
+                raise SensorError(f"the calibration stops: {fault}")
+            off = begin + share * way - reading.joints.q
+            if np.abs(off).max() > ASTRAY:
+                raise FlinchError(
+                    "the calibration stops: the arm is not where it was sent; look what holds it, "
+                    "and whether its speed slider is at 100 %"
+                )
+            self._plant.send(np.clip(rate + PULL * off, -most, most), 1.0 / RATE)
 
-    def _stand(self, seconds: float, at: Array | None = None) -> None:
-        begin = self._clock.now()
-        at = self._arm.state(begin).q.copy() if at is None else at
-        while self._clock.now() - begin < seconds:
-            self._tick(at, np.zeros(len(at)))
-
-    def _tick(self, wanted: Array, rate: Array) -> None:
-        """One tick: record, and follow `wanted` (n,) that moves at `rate` (n,) [rad/s]."""
+    def _read(self) -> Reading:
+        """One tick's reading, recorded."""
         self._ticker.wait()
-        now = self._clock.now()
-        state = self._arm.state(now)
-        frames = self._source.poll(now, self._robot.posture(state.q))
-        self._recorder.add(state, frames)
-        report = self._arm.report(now)
-        connected = self._source.connected
-        fault = report.fault or self._source.fault(now, 1.0, connected) or self._source.ended()
-        if fault:
-            raise SensorError(f"the calibration stops: {fault}")
-        most = MOST * self._speed
-        qd = np.clip(rate + PULL * (wanted - state.q), -most, most)
-        self._arm.send(qd if np.abs(wanted - state.q).max() > 1e-4 else rate, 1.0 / RATE)
+        reading = self._plant.read(self._clock.now(), PATIENCE)
+        self._recorder.add(reading.joints, reading.frames)
+        return reading
 
 
-def _share(t: float, way: Array, speed: float) -> float:
-    """0..1 of a way from rest to rest at a time: faster, even, slower."""
-    far = max(float(np.abs(way).max()), 1e-9)
+def along(t: float, way: Array, speed: float) -> tuple[float, Array]:
+    """Share of a way (n,) from rest to rest that is done at `t` [s], and rate (n,) [rad/s]:
+    faster with `BENDS`, even, slower."""
+    far = float(np.abs(way).max())
+    if far == 0.0:
+        return 0.0, np.zeros(len(way))
     top = min(speed, float(np.sqrt(far * BENDS)))
-    takes, ramp = travel_time(way, speed), top / BENDS
+    left, ramp = travel_time(way, speed) - t, top / BENDS
     if t < ramp:
         gone = BENDS * t**2 / 2
-    elif t < takes - ramp:
+    elif left > ramp:
         gone = top * (t - ramp / 2)
     else:
-        gone = far - BENDS * max(takes - t, 0.0) ** 2 / 2
-    return gone / far
-
-
-def _rate(t: float, way: Array, speed: float) -> Array:
-    """(n,) [rad/s] of the same."""
-    far = max(float(np.abs(way).max()), 1e-9)
-    top = min(speed, float(np.sqrt(far * BENDS)))
-    left = travel_time(way, speed) - t
-    return np.asarray(way / far * max(min(top, BENDS * t, BENDS * left), 0.0))
+        gone = far - BENDS * max(left, 0.0) ** 2 / 2
+    return gone / far, np.asarray(way / far * max(min(top, BENDS * t, BENDS * left), 0.0))

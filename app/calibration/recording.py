@@ -1,5 +1,6 @@
 """What was gathered while the arm moved: joint states and frames, and the file that keeps them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -44,7 +45,7 @@ class Recorder:
         self._states: list[JointState] = []
         self._frames: list[SensorFrame] = []
 
-    def add(self, state: JointState, frames: list[SensorFrame]) -> None:
+    def add(self, state: JointState, frames: Sequence[SensorFrame]) -> None:
         """One tick's; a state that says nothing new is left out."""
         if not self._states or state.stamp > self._states[-1].stamp:
             self._states.append(state)
