@@ -47,15 +47,20 @@ def test_a_trial_that_dies_is_a_trial_with_its_cause():
 
 
 def test_what_the_oracle_touches_as_well_is_nobodys_fault():
-    unseen, seen = {"cause": "not seen"}, {"cause": "no free direction"}
+    unseen, seen, fled = (
+        {"cause": cause, "phantom_m": phantom}
+        for cause, phantom in (("not seen", 0.0), ("avoidable", 0.05), ("avoidable", 0.2))
+    )
     trials = [
         Trial(1, "qp", touch=seen), Trial(1, ORACLE, touch=seen),
         Trial(2, "qp", touch=unseen), Trial(2, ORACLE),
         Trial(3, "qp", touch=seen), Trial(3, ORACLE),
         Trial(4, "qp"), Trial(4, ORACLE, touch=seen),
+        Trial(5, "qp", touch=fled), Trial(5, ORACLE),
     ]  # fmt: skip
     row = split("qp", trials)
-    assert (row["nobody"], row["perception"], row["control"]) == (1, 1, 1)
+    assert (row["nobody"], row["control"]) == (1, 1)
+    assert (row["perception_unseen"], row["perception_phantom"]) == (1, 1)
 
 
 def test_an_interval_holds_its_mean_and_is_narrow_where_all_agree():
