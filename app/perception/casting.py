@@ -220,9 +220,7 @@ def _speeds(twist: Array, p: Array, u: Array) -> tuple[float, float]:
 
 
 @compiled
-def second_look(
-    sensors: NDArray[np.intp], verdict: NDArray[np.uint8], fan: Fan, aims: Aims
-) -> int:
+def second_look(sensors: NDArray[np.intp], verdict: NDArray[np.uint8], fan: Fan, aims: Aims) -> int:
     """Let the rays between them stand for the zones whose verdict (S,) is KEPT though a first look
     was had at them; the others get none. Returns how many zones have more rays."""
     more = 0
