@@ -143,9 +143,7 @@ class Fitter:
         T = fit.T_link_sensor @ np.array([_rigid(p) for p in step.pose])
         share, shared = fit.share + step.share, fit.shared + step.shared
         P = len(self.planes)
-        T_plane = moved_planes(
-            fit.T_plane, step.shared[PLANES : PLANES + 3 * P].reshape(P, 3)
-        )
+        T_plane = moved_planes(fit.T_plane, step.shared[PLANES : PLANES + 3 * P].reshape(P, 3))
         said = self._predict(rows, self._place(T, shared)[1], share, shared, T_plane)
         return Fit(T, share, shared, T_plane, step, rows, rows.report - said.report, sigma, weight)
 
@@ -154,17 +152,13 @@ class Fitter:
         T = np.linalg.inv(self.laid_out) @ T_link_sensor
         return np.array([[*t[:3, 3], *rotation_vector(t[:3, :3])] for t in T])
 
-    def _look(
-        self, T: Array, share: Array, shared: Array, T_plane: Array, step: Step
-    ) -> Fit:
+    def _look(self, T: Array, share: Array, shared: Array, T_plane: Array, step: Step) -> Fit:
         stance, placed = self._place(T, shared)
         rows = self._rows(stance, placed, T_plane)
         said = self._predict(rows, placed, share, shared, T_plane)
         sigma = self._sigma(rows, said)
         weight = np.where(_useful(said), sigma**-2, 0.0)
-        return Fit(
-            T, share, shared, T_plane, step, rows, rows.report - said.report, sigma, weight
-        )
+        return Fit(T, share, shared, T_plane, step, rows, rows.report - said.report, sigma, weight)
 
     def _place(self, T_link_sensor: Array, shared: Array) -> tuple[Stance, Placed]:
         error = shared[joints_first(len(self.planes)) :].reshape(self.robot.n, 6)

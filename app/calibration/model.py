@@ -142,9 +142,7 @@ def _near(d: Array, near: Array) -> tuple[Array, Array]:
     return np.where(inside, near[:, 0] * (1.0 - d / near[:, 1]), 0.0), slope
 
 
-def _spread_turned(
-    half: Array, a: Array, rho: Array, n: Array, turn: Array, along: Array
-) -> Array:
+def _spread_turned(half: Array, a: Array, rho: Array, n: Array, turn: Array, along: Array) -> Array:
     """(N, 3) how rho changes with a turn of the sensor.
 
     With a_i = n_i / (n . u) and n turned to n + n x w:  da_i = ((e_i x n) - a_i (u x n)) . w / n.u

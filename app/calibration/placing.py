@@ -71,7 +71,9 @@ def _displaced(T_base_link: Array, T_base_joint: Array, carries: Array, error: A
     return out
 
 
-def placed_of(robot: Robot, skin: Skin, views: Views, stance: Stance, T_link_sensor: Array) -> Placed:
+def placed_of(
+    robot: Robot, skin: Skin, views: Views, stance: Stance, T_link_sensor: Array
+) -> Placed:
     """The sensors of all views at T_link_sensor (K, 4, 4)."""
     link = np.asarray(skin.link)[views.sensor]
     at = stance.T_base_link[np.arange(len(link)), link]
