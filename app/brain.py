@@ -117,7 +117,7 @@ class Brain:
         engage = self.wishes.heed(x, tool, self._guard, self._perception, mind)
         p = self.params
         seen = self._perception.update(
-            x.frames, x.joints, posture, p, mind.needs(p), x.dt, lap
+            self._guard.believed(x.frames), x.joints, posture, p, mind.needs(p), x.dt, lap
         )  # fmt: skip
         share, moving = self._guard.judge(x, p.silence, self._perception.unable)
         goal = errand.update(self._guard.mode, moving, tool, x.dt)

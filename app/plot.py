@@ -66,6 +66,43 @@ def plot_tradeoff(rows: list[dict[str, Any]], path: Path) -> None:
     _save(figure, path)
 
 
+def plot_ranges(
+    rows: list[dict[str, Any]], measured: Sequence[tuple[float, float, float]], path: Path
+) -> None:
+    """Noise and found share of walls over their distance, error over their angle; measured:
+    from, to and standard deviation [m] of the real sensor."""
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(13.8, 4.2), layout="constrained")
+    noise, found, angle = figure.subplots(1, 3)
+    walls = [r for r in rows if "shade" in r]
+    for colour, shade in zip(COLOURS, dict.fromkeys(r["shade"] for r in walls), strict=False):
+        mine = [r for r in walls if r["shade"] == shade]
+        at = [r["distance_m"] for r in mine]
+        some = [(r["distance_m"], r["noise_m"]) for r in mine if r["valid_share"] > 0.2]
+        noise.plot(*zip(*some, strict=True), "o-", color=colour, label=f"simulated, {shade}")
+        found.plot(at, [100 * r["valid_share"] for r in mine], "o-", color=colour, label=shade)
+    for low, high, sigma in measured:
+        noise.plot([low, high], [sigma] * 2, "k-", lw=3, label="measured" if low < 0.1 else None)
+    recorded = [(r["distance_m"], r["noise_m"]) for r in rows if "recorded" in r]
+    if recorded:
+        noise.plot(*zip(*recorded, strict=True), "kx", label="recorded, second differences")
+    turned = [r for r in rows if "degrees" in r]
+    angle.errorbar(
+        [r["degrees"] for r in turned], [100 * r["mean_error_share"] for r in turned],
+        [100 * r["zone_error_share"] for r in turned], fmt="o-", capsize=4,
+    )  # fmt: skip
+    noise.set(title="Noise", xlabel="distance [m]", ylabel="sigma [m]", xscale="log", yscale="log")
+    found.set(title="Valid measurements", xlabel="distance [m]", ylabel="[%]")
+    angle.set(title="Error of the middle zones", xlabel="angle of the wall [degrees]")
+    angle.set_ylabel("mean and spread over zones [% of distance]")
+    for field in (noise, found, angle):
+        field.grid(alpha=0.3)
+    noise.legend(fontsize="small")
+    found.legend(fontsize="small")
+    _save(figure, path)
+
+
 def _save(figure: Any, path: Path) -> None:
     try:
         figure.savefig(path, dpi=150)

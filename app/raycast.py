@@ -6,7 +6,7 @@ a scene: the scene would go on answering for the old shape without a word (trime
 
 A cast costs a ray about five times the test whether it enters the mesh's box, and gives the
 interpreter's lock away. So rays of many sensors go together, and only those whose answer
-the mesh may change are cast.
+the mesh may change are cast: a bundle of them is first tried as a cone.
 """
 
 from collections.abc import Sequence
@@ -26,11 +26,11 @@ _DEVICE = rtcore.EmbreeDevice()  # one for all: with a thousand of its own the p
 
 
 class Beams(NamedTuple):
-    """Rays of m sensors, base frame; those of one sensor begin at one point.
+    """Rays in m bundles, base frame; those of one bundle begin at one point.
 
     origin: (m, 3) [m].   axis: (m, 3) unit.   half_angle: (m,) [rad] of the cone round the axis
-            that holds all rays of a sensor.
-    first:  (m + 1,) int64: rays first[b] to first[b + 1] are those of sensor b.
+            that holds all rays of a bundle.
+    first:  (m + 1,) int64: rays first[b] to first[b + 1] are those of bundle b.
     direction: (n, 3) unit.
     """
 
@@ -42,10 +42,24 @@ class Beams(NamedTuple):
 
 
 class Hits(NamedTuple):
-    """Where n rays end: length (n,) [m], and label (n,) of what is there."""
+    """Where n rays end: length (n,) [m], and label (n,) of what is there.
+
+    body:   (n,) which one of its kind it is.   cosine: (n,) of the angle of incidence.
+    """
 
     length: NDArray[np.float32]
     label: NDArray[np.int16]
+    body: NDArray[np.int16]
+    cosine: NDArray[np.float32]
+
+
+def no_hits(far: NDArray[np.float32], label: int) -> Hits:
+    """Of rays that end in the air, `far` (n,) [m] away; what is there has the `label`."""
+    n = len(far)
+    return Hits(
+        far, np.full(n, label, dtype=np.int16), np.zeros(n, dtype=np.int16),
+        np.ones(n, dtype=np.float32),
+    )  # fmt: skip
 
 
 class RigidMesh:
@@ -79,6 +93,21 @@ class RigidMesh:
         """
         if len(origins) == 0:
             return np.empty(0, dtype=np.float32)
+        t: NDArray[np.float32] = self._tree().run(origins, directions, query="DISTANCE")
+        t[t >= 1e30] = MISS
+        return t
+
+    def meet(
+        self, origins: NDArray[np.float32], directions: NDArray[np.float32]
+    ) -> tuple[NDArray[np.float32], NDArray[np.int32], NDArray[np.float32]]:
+        """As `cast`, for one ray at least, with the face that is met, -1 for none, and a normal
+        (n, 3) of any length."""
+        met = self._tree().run(origins, directions, output=True)
+        t = met["tfar"]
+        t[t >= 1e30] = MISS
+        return t, met["primID"], met["Ng"]
+
+    def _tree(self) -> rtcore_scene.EmbreeScene:
         if self._scene is None:
             self._scene = rtcore_scene.EmbreeScene(_DEVICE)
             self._mesh = TriangleMesh(
@@ -86,16 +115,22 @@ class RigidMesh:
                 np.ascontiguousarray(self.vertices, dtype=np.float32),
                 np.ascontiguousarray(self.faces, dtype=np.int32),
             )
-        t: NDArray[np.float32] = self._scene.run(origins, directions, query="DISTANCE")
-        t[t >= 1e30] = MISS
-        return t
+        return self._scene
 
 
 class Solids:
-    """Meshes that rays end on, with the label (B,) that each of them leaves."""
+    """Meshes that rays end on, with the label (B,) that each of them leaves.
 
-    def __init__(self, meshes: Sequence[RigidMesh], label: NDArray[np.int16]) -> None:
+    owner: of each mesh, the body that all of its faces (1,) or each of them (F,) belongs to;
+           None: a mesh is a body.
+    """
+
+    def __init__(
+        self, meshes: Sequence[RigidMesh], label: NDArray[np.int16],
+        owner: Sequence[NDArray[np.int16]] | None = None,
+    ) -> None:  # fmt: skip
         self._meshes = tuple(meshes)
+        self._owner = owner or [np.array([i], dtype=np.int16) for i in range(len(meshes))]
         self._shape = _Shapes(
             np.array([m.box for m in meshes]).reshape(-1, 2, 3),
             np.array([m.centre for m in meshes]).reshape(-1, 3),
@@ -108,15 +143,17 @@ class Solids:
     ) -> None:
         """End rays where they first hit a mesh posed at T_base_body (B, 4, 4).
 
-        blind: (m, B) bodies that the rays of a sensor do not see.
+        blind: (m, B) bodies that the rays of a bundle do not see.
         """
         ray, at, way, last = _rays_entering(self._shape, T_base_body, beams, blind, hits.length)
-        t, first = np.empty(len(ray), dtype=np.float32), 0
-        for mesh, end in zip(self._meshes, last.tolist(), strict=True):
+        first = 0
+        for i, end in enumerate(last.tolist()):
             if end > first:
-                t[first:end] = mesh.cast(at[first:end], way[first:end])
+                part = slice(first, end)
+                t, face, normal = self._meshes[i].meet(at[part], way[part])
+                label, owner = int(self._shape.label[i]), self._owner[i]
+                _end_at(t, face, normal, way[part], ray[part], label, owner, hits)
             first = end
-        _end_at(t, ray, last, self._shape.label, hits)
 
 
 class _Shapes(NamedTuple):
@@ -141,6 +178,7 @@ def _rays_entering(
     The fourth, (B,), is where the rays of each body end in the other three.
     """
     bodies, room = len(shapes.radius), len(beams.direction)
+    cos, sin = np.cos(beams.half_angle), np.sin(beams.half_angle)
     ray = np.empty(room, dtype=np.int64)
     at, way = np.empty((room, 3), dtype=np.float32), np.empty((room, 3), dtype=np.float32)
     last = np.empty(bodies, dtype=np.int64)
@@ -151,9 +189,11 @@ def _rays_entering(
         for b in range(len(beams.origin)):
             if blind[b, i]:
                 continue
-            _into(T, beams.origin[b] - T[:3, 3], origin)
+            for j in range(3):
+                d[j] = beams.origin[b, j] - T[j, 3]
+            _into(T, d, origin)
             _into(T, beams.axis[b], axis)
-            if not _in_cone(shapes.centre[i] - origin, shapes.radius[i], axis, beams.half_angle[b]):
+            if not _in_cone(shapes.centre[i], origin, shapes.radius[i], axis, cos[b], sin[b]):
                 continue
             begin, end = beams.first[b], beams.first[b + 1]
             if found + end - begin > len(ray):
@@ -189,18 +229,21 @@ def _longer(
 
 
 @compiled
-def _in_cone(centre: Array, radius: float, axis: Array, half_angle: float) -> bool:
-    """May a sphere reach into the cone round `axis` from the origin?
+def _in_cone(
+    centre: Array, origin: Array, radius: float, axis: Array, cos: float, sin: float
+) -> bool:
+    """May a sphere reach into the cone round `axis` from the origin? cos, sin: of its half angle.
 
     The distance to the plane that touches the cone beside the sphere is a lower bound of the
     distance to the cone.
     """
     along, square = 0.0, 0.0
     for i in range(3):
-        along += centre[i] * axis[i]
-        square += centre[i] * centre[i]
+        to = centre[i] - origin[i]
+        along += to * axis[i]
+        square += to * to
     aside = np.sqrt(max(square - along * along, 0.0))
-    beside = aside * np.cos(half_angle) - along * np.sin(half_angle)
+    beside = aside * cos - along * sin
     return beside <= radius * (1.0 + SLACK) + SLACK and along >= -radius * (1.0 + SLACK) - SLACK
 
 
@@ -218,15 +261,23 @@ def _enters(box: Array, origin: Array, direction: Array, length: float) -> bool:
 @compiled
 def _end_at(
     t: NDArray[np.float32],
+    face: NDArray[np.int32],
+    normal: NDArray[np.float32],
+    way: NDArray[np.float32],
     ray: NDArray[np.int64],
-    last: NDArray[np.int64],
-    label: NDArray[np.int16],
+    label: int,
+    owner: NDArray[np.int16],
     hits: Hits,
 ) -> None:
-    """End the rays whose cast `t` is the shorter one; `ray`, `last` as from `_rays_entering`."""
-    first = 0
-    for i in range(len(last)):
-        for j in range(first, last[i]):
-            if t[j] < hits.length[ray[j]]:
-                hits.length[ray[j]], hits.label[ray[j]] = t[j], label[i]
-        first = last[i]
+    """End the rays whose cast is the shorter one at a mesh of this label and these owners."""
+    for j in range(len(ray)):
+        n = ray[j]
+        if not t[j] < hits.length[n]:
+            continue
+        hits.length[n], hits.label[n] = t[j], label
+        hits.body[n] = owner[face[j]] if len(owner) > 1 else owner[0]
+        along, square = np.float32(0.0), np.float32(0.0)
+        for i in range(3):
+            along += normal[j, i] * way[j, i]
+            square += normal[j, i] * normal[j, i]
+        hits.cosine[n] = abs(along) / np.sqrt(square) if square > 0.0 else 0.0

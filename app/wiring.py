@@ -35,6 +35,7 @@ from app.robot.tables import AS_IT_IS, Choice
 from app.runtime import Engine
 from app.sensing.budget import read_budget
 from app.sensing.error_model import ErrorModel
+from app.sensing.latency import with_stamp_doubt
 from app.sensing.mixed import MixedSkin
 from app.sensing.open_ports import open_skin
 from app.sensing.replay import Replay, read_recording
@@ -134,9 +135,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     return engine
 
 
-def plant_alone(
-    setup: Setup, robot: Robot, skin: Skin, clock: Clock
-) -> tuple[RealPlant, Source]:
+def plant_alone(setup: Setup, robot: Robot, skin: Skin, clock: Clock) -> tuple[RealPlant, Source]:
     """Arm and sensors without a brain, whoever reads it moves the arm himself; and the sensors."""
     scene = load_scene(find_scene(setup.scene), setup.seed)
     source, world = _source(setup, robot, skin, scene, clock)
@@ -312,6 +311,9 @@ def build_robot(setup: Setup) -> Robot:
 def choose_skin(setup: Setup, robot: Robot) -> Skin:
     """What is believed of the layout whose covers the robot wears, as `build_robot` chose it."""
     skin = lay_out(robot)
+    kind, _, ports = setup.sensors.partition("+simulated")[0].partition(":")
+    if kind == "serial" and ports:
+        skin = with_stamp_doubt(skin, ports)
     if setup.ranges is not None:
         skin = replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
     return with_mounts(skin, load_mounts(setup.mounts), robot) if setup.mounts else skin

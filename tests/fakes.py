@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from app.messages import Cloud, SensorFrame, Verdict
-from app.raycast import MISS, Beams, Hits
+from app.raycast import MISS, Beams, no_hits
 from app.robot.skin import build_skin
 
 
@@ -38,7 +38,7 @@ def frame(sensor=0, stamp=0.0, distance=1.0, status=5, targets=1, sequence=0, zo
 def first_hits(world, origins, directions):
     """Ray lengths (n,) [m] to the bodies of a world, every ray (n, 3) for itself; inf: nothing."""
     n = len(origins)
-    hits = Hits(np.full(n, MISS), np.full(n, -2, dtype=np.int16))
+    hits = no_hits(np.full(n, MISS), -2)
     first = np.arange(n + 1, dtype=np.int64)
     origins, directions = map(np.ascontiguousarray, (origins, directions))
     world.end_rays(Beams(origins, directions, np.zeros(n), first, directions), hits)

@@ -13,7 +13,7 @@ from app.config import Params, change, load_params, tunables
 from app.config_names import CONSTANT, ELSEWHERE, NOW
 from app.errors import ConfigError, options
 from app.messages import freeze
-from app.raycast import MISS, Beams, Hits, RigidMesh, Solids
+from app.raycast import MISS, Beams, RigidMesh, Solids, no_hits
 from app.timing import Latest, ManualClock, Stopwatch, Ticker
 
 
@@ -139,7 +139,7 @@ def test_rays_hit_a_moved_triangle_where_it_is(angle, y, z):
     T[:2, :2], T[:3, 3] = [[c, -s], [s, c]], [c * 2.0, s * 2.0, 0.0]
     origin = np.array([[-s * y, c * y, z]])  # beside the axis, in the plane through the base
     direction = np.array([[c, s, 0.0]])
-    hits = Hits(np.full(1, MISS), np.full(1, -2, dtype=np.int16))
+    hits = no_hits(np.full(1, MISS), -2)
     solids = Solids([mesh], np.array([7], dtype=np.int16))
     beams = Beams(origin, direction, np.zeros(1), np.array([0, 1]), direction)
     solids.end_rays(T[None], beams, np.zeros((1, 1), dtype=bool), hits)

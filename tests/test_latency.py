@@ -5,18 +5,18 @@ import pty
 import time
 import tty
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from app.sensing.latency import CLOCKED, ESTIMATED, TOLD, latency, stamp_doubt, with_stamp_doubt
+from app.sensing.latency import ESTIMATED, TOLD, latency, latency_words, with_stamp_doubt
 from app.sensing.open_ports import open_skin
 from app.sensing.port_spec import PortSpec, parse_ports
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.wire import binary, f_line, lines, table
 from app.sensing.wire.detect import FORMATS
 from app.timing import WallClock
+from app.wiring import Setup, build_robot_and_skin
 from tests.ports import HandPort, raw
 
 FORMAT = st.sampled_from(["", *FORMATS])
@@ -80,14 +80,22 @@ def test_a_constant_latency_is_taken_off_the_stamps_of_a_boards_clock_too(robot,
 
 
 def test_what_a_port_can_be_says_how_sure_its_stamps_are(skin):
-    known = np.full(skin.count, 0.001)
-    specs = parse_ports("/dev/a=ring1-01,/dev/b#lines=ring1-02,/dev/c#f,/dev/d=ring2-01", skin)
-    assert [stamp_doubt(s) for s in specs] == [ESTIMATED, ESTIMATED, CLOCKED, ESTIMATED]
-    time = with_stamp_doubt(known, specs)
-    assert time[0] == time[1] == time[10] == ESTIMATED and time[2] == time[29] == CLOCKED
-    (told,) = parse_ports("/dev/a#lines=ring1-01:latency_ms=30", skin)
-    time = with_stamp_doubt(known, [told])
-    assert time[0] == TOLD and (time[1:] == 0.001).all()
+    known = skin.doubt.time
+    text = "/dev/a=ring1-01,/dev/b#lines=ring1-02,/dev/c#f=ring1-03,/dev/d=ring2"
+    time = with_stamp_doubt(skin, text).doubt.time
+    assert time[:2] == pytest.approx(ESTIMATED) and (time[2:] == known[2:]).all()
+    told = with_stamp_doubt(skin, "/dev/a#lines=ring1-01:latency_ms=30").doubt.time
+    assert known[0] < told[0] == TOLD < ESTIMATED and (told[1:] == known[1:]).all()
+    setup = Setup(sensors="serial:/dev/a#lines=ring1-01+simulated")
+    assert build_robot_and_skin(setup)[1].doubt.time[0] == ESTIMATED
+
+
+def test_what_the_calibration_of_the_mounts_found_is_told_beside_it():
+    spec = PortSpec("/dev/a")
+    assert latency_words(spec, 0.0, 0.0) == ""
+    assert latency_words(spec, 0.0, 0.012) == "latency +12 ms by the mounts' calibration"
+    assert latency_words(spec, 0.039, -0.002).startswith("latency about 39 ms, and -2 ms by the")
+    assert "as given" in latency_words(PortSpec("/dev/a", latency=0.0), 0.0, 0.0)
 
 
 def test_frames_of_a_terminal_are_stamped_before_they_arrive_and_the_page_says_by_how_much(

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 import trimesh
-from app.cli.ranges import CalibrateRanges
 
 from app.cli import Run, main
 from app.cli.bench import Bench
+from app.cli.calibrate.ranges import CalibrateRanges
 from app.cli.doctor import Doctor
 from app.cli.kernels import Kernels
 from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate

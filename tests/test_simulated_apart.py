@@ -12,6 +12,7 @@ import pytest
 from app.actions import RemoveObstacle
 from app.errors import SensorError
 from app.sensing import simulated_apart
+from app.sensing.budget import HONEST
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
 from app.sensing.simulated import SimulatedSkin
@@ -60,8 +61,8 @@ def same(a, b):
 
 def test_the_frames_are_those_of_the_control_thread_bit_for_bit(robot, skin):
     worlds, errors = (cell(), cell()), ErrorModel(ghosts=0.01)
-    here = SimulatedSkin(robot, skin, worlds[0], 3, errors)
-    there = SimulatedSkinApart(robot, skin, worlds[1], 3, errors)
+    here = SimulatedSkin(robot, skin, worlds[0], 3, errors, budget=HONEST)
+    there = SimulatedSkinApart(robot, skin, worlds[1], 3, errors, budget=HONEST)
     heard, first = 0, 5.0
     try:
         assert there.poll(0.0, robot.posture(robot.home)) == []  # it has only begun

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from app.actions import MoveObstacle
 from app.errors import WorldError
 from app.poses import transform
-from app.raycast import Beams, Hits
+from app.raycast import Beams, no_hits
 from app.world.motion import Along, Circle, Motion, Still
 from app.world.person import Plan, Walker, person_bodies
 from app.world.route import Route, travel_time, travelled
@@ -132,7 +132,7 @@ def test_what_is_left_out_of_a_cast_or_joined_for_it_never_changes_an_answer(see
         R = transform(np.zeros(3), rng.uniform(-3, 3, 3))[:3, :3]
         axis[k], d[k * n : (k + 1) * n] = R[:, 2], way @ R.T
     first = np.arange(0, m * n + 1, n)
-    hits = Hits(np.full(m * n, np.float32(far)), np.full(m * n, -2, dtype=np.int16))
+    hits = no_hits(np.full(m * n, np.float32(far)), -2)
     world.end_rays(Beams(origin, axis, np.full(m, half_angle), first, d), hits)
     true = one_by_one(bodies, t, np.repeat(origin, n, axis=0), d)
     near = np.minimum(true, np.float32(far))

@@ -3,8 +3,9 @@
 The moments are those of many short runs among still points, which the arm cannot all keep away
 from; in one row of the report nothing of a tick is left in the next one. Others are given pairs
 that are at least d_s away at first, since most of them have no answer inside of it; what they
-left unsolved is counted. Times are given by the clock and by the thread's own processor time,
-since on a shared machine the slowest per cent are mostly the waits for a processor.
+left unsolved is counted. Beside them everyone's kinematics are inside of the clock, ours as well.
+Times are given by the clock and by the thread's own processor time, since on a shared machine the
+slowest per cent are mostly the waits for a processor.
 """
 
 import time
@@ -134,7 +135,8 @@ def _beside(robot: Robot, seed: int) -> list[dict[str, Any]]:
         def ours(c: Case) -> None:
             if c.first:
                 control.reset()
-            control.step(c, params, DT)
+            # the kinematics inside of the clock, as everyone's
+            control.step(c._replace(posture=robot.posture(c.posture.q)), params, DT)
 
         for name, make in available_peers().items():
             if isinstance(make, str):

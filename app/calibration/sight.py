@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from app.calibration.planes import Plane
 from app.messages import Array
-from app.raycast import Beams, Hits, Solids
+from app.raycast import Beams, Solids, no_hits
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin, zone_directions
@@ -118,7 +118,7 @@ class Surroundings:
             np.ascontiguousarray(way.reshape(-1, 3)),
         )  # fmt: skip
         far = np.repeat([self.skin.sensors[k].type.most_m for k in sensors], rays)
-        hits = Hits(far.astype(np.float32), np.full(m * rays, AIR, dtype=np.int16))
+        hits = no_hits(far.astype(np.float32), AIR)
         self._links.end_rays(
             np.array(posture.T_base_link), beams, np.ascontiguousarray(blind), hits
         )

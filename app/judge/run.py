@@ -48,12 +48,13 @@ class Judge:
 
     def __init__(self, engine: Engine) -> None:
         self._engine = engine
-        robot = engine.robot
+        plant = engine.plant
+        self._plant = plant if isinstance(plant, SimulatedPlant) else None
+        robot = self._plant.robot if self._plant else engine.robot  # as it truly is
         self._moving = np.flatnonzero(robot.supports.any(axis=1))
         self._distal = robot.supports.sum(axis=1)[self._moving] >= DISTAL
         self._truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
-        plant = engine.plant
-        self._world = plant.world if isinstance(plant, SimulatedPlant) else World(())
+        self._world = self._plant.world if self._plant else World(())
         shapes = self._world.shapes()
         self._cell = [b.name for b in engine.cell.boxes if b.name in shapes]  # never avoided
         self._points = [b.vertices[np.unique(b.faces)] for b in robot.bodies]
@@ -78,14 +79,15 @@ class Judge:
             r.advice[_without_figures(s.advice)] += 1
         if s.stamp >= self._next:
             self._next = s.stamp + JUDGED_EVERY
-            true = self._truth.measure(s.T_base_link, self._world, self._cell)[self._moving]
+            T_base_link = self._plant.true_poses() if self._plant else s.T_base_link
+            true = self._truth.measure(T_base_link, self._world, self._cell)[self._moving]
             r.stamp.append(s.stamp)
             r.true_distance.append(float(true.min()))
             r.distal_distance.append(float(true[self._distal].min()))
             r.seen_distance.append(float(s.body.distance[self._moving].min()))
             r.activation.append(s.command.activation)
             for i in self._moving:  # the base stands on the table for ever
-                T = s.T_base_link[i]
+                T = T_base_link[i]
                 r.lowest = min(r.lowest, float((self._points[i] @ T[2, :3]).min() + T[2, 3]))
 
 

@@ -3,7 +3,7 @@
 A cast is dear, and most rays miss most links. So a sensor's rays are moved into a link's frame
 only where the cone that holds them reaches the sphere around the link, and are cast only where
 they enter its box. A zone's centre ray is always cast; the others only where the link may explain
-what the zone measured.
+what the zone measured, and those between them only where the first ones did not.
 """
 
 from typing import NamedTuple
@@ -12,38 +12,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import Array
-from app.robot.traits import noise_of, pulse_of
+from app.messages import Array, Verdict
+from app.perception.footprint import Fan
+from app.perception.uncertainty import WIDEST, Known, spread, threshold
 
-SIGMAS = 3.0  # of a range's noise belong to its threshold: 99.7 % of a normal distribution
 NEAR = 0.015  # [m] rays start here: before it is the sensor's own window, after it what it measures
 SLACK = 1e-4  # [m] boxes are this much larger, so that float32 never culls a hit
-
-
-class Fan(NamedTuple):
-    """The rays of K sensors, S zones and up to R rays a zone, in the frames of their links.
-
-    first:  (K + 1,) zones of each sensor.   link: (K,).   origin: (K, 3) [m].   axis: (K, 3) unit.
-    cone:   (K,) [rad] half angle round the axis.   ray_count: (K,) that stand for a zone.
-    direction: (S, R, 3) unit, a zone's centre ray first.
-    report: (S, R) reported distance per metre of ray.
-    longest: (K,) most metres of ray per reported distance.
-    width:  (K,) farthest of a zone's rays from its centre ray, per reported distance.
-    noise, pulse: (K, 2) of the sensors' types, see `app.robot.traits.Traits`.
-    """
-
-    first: NDArray[np.int64]
-    link: NDArray[np.int64]
-    origin: Array
-    axis: Array
-    cone: Array
-    ray_count: NDArray[np.int64]
-    direction: NDArray[np.float32]
-    report: NDArray[np.float32]
-    longest: Array
-    width: Array
-    noise: Array
-    pulse: Array
+# [m] behind where a ray meets it, the body may still be seen: its surface recedes towards its
+# outline, between two rays, by as much as a limb is thick; and two parts of it within a pulse, a
+# quarter of the 0.6 m at which the maker tells two targets apart, are reported somewhere between
+DEPTH = 0.2
+LONGEST = 2.0  # metres of a ray per depth, at most: a zone 60 degrees off the axis
+KEPT = int(Verdict.KEPT)
 
 
 class Hulls(NamedTuple):
@@ -52,8 +32,8 @@ class Hulls(NamedTuple):
     centre: (L, 3), radius: (L,) of a sphere.   low, high: (L, 3) corners of a box.
     fixed:  (L, L) do two links move as one? What is fixed to a sensor is not cast at: it never
             changes.
-    base, least: (L, 2) threshold = max(least, base + SIGMAS * noise); the second column is for
-            zones across an edge.   slack: (1,) the largest of both.
+    measured: (L, 2) thresholds without the noise that were measured, NaN where none were; the
+            second column is for zones across an edge.   slack: (1,) the largest of them, or 0.
     """
 
     centre: Array
@@ -61,8 +41,7 @@ class Hulls(NamedTuple):
     low: Array
     high: Array
     fixed: NDArray[np.bool_]
-    base: Array
-    least: Array
+    measured: Array
     slack: Array
 
 
@@ -81,55 +60,51 @@ class Casts(NamedTuple):
 
 
 class Views(NamedTuple):
-    """m sensors as L links see them: rotation (L, m, 3, 3), lens (L, m, 3) [m], and whether the
-    sensor's cone reaches the link at all (L, m)."""
+    """K sensors as L links see them, link frames: rotation (L, K, 3, 3), lens (L, K, 3) [m], how
+    the link moves for the sensor (L, K, 6): [m/s] at the frame's origin and [rad/s]; and whether
+    the sensor's cone reaches the link at all (L, K)."""
 
     R_link_mount: Array
     lens: Array
+    twist: Array
     reached: NDArray[np.bool_]
 
 
+class Aims(NamedTuple):
+    """How the zones (S,) are looked at.
+
+    done, rays: rays from `done` on, up to `rays`, are to be cast.
+    spread:     half widths of the zone over which they are spread.
+    eps:        [m] how far from the body a return is still its own.
+    """
+
+    done: NDArray[np.uint8]
+    rays: NDArray[np.uint8]
+    spread: Array
+    eps: Array
+
+
 @compiled
-def select_rays(
+def aim(
     sensors: NDArray[np.intp],
-    reported: Array,
     T_base_link: Array,
-    footprint: bool,
+    twist: Array,
     fan: Fan,
     hulls: Hulls,
-    casts: Casts,
-    rays: NDArray[np.uint8],
+    views: Views,
 ) -> None:
-    """Fill `casts` with the rays of `sensors` (m,) that may meet a link, and rays (S,), how many
-    stand for each of their zones.
+    """See the `sensors` (m,) from every link: their rows of `views` are written.
 
-    reported: (S,) [m] distances.   footprint: may more rays than its centre's stand for a zone?
+    twist: (L, 6) of the links, see `Posture.link_twists`.
     """
     for k in sensors:
-        rays[fan.first[k] : fan.first[k + 1]] = 1
-    views = _views(sensors, T_base_link, fan, hulls)
-    if footprint:
-        _widen_zones(sensors, reported, views, fan, hulls, rays)
-    for link in range(len(T_base_link)):
-        casts.end[link] = casts.end[link - 1] if link > 0 else 0
-        _enter_box(link, sensors, views, fan, hulls, rays, casts)
-
-
-@compiled
-def _views(sensors: NDArray[np.intp], T_base_link: Array, fan: Fan, hulls: Hulls) -> Views:
-    """T_link_mount = inverse(T_base_link) * T_base_mount of every sensor and link."""
-    links, m = len(T_base_link), len(sensors)
-    views = Views(
-        np.empty((links, m, 3, 3)), np.empty((links, m, 3)), np.zeros((links, m), dtype=np.bool_)
-    )
-    for row in range(m):
-        k = sensors[row]
-        A = T_base_link[fan.link[k]]
-        for link in range(links):
-            if hulls.fixed[fan.link[k], link]:
+        own = fan.link[k]
+        A = T_base_link[own]
+        for link in range(len(T_base_link)):
+            views.reached[link, k] = False
+            if hulls.fixed[own, link]:
                 continue
-            B = T_base_link[link]
-            R, lens = views.R_link_mount[link, row], views.lens[link, row]
+            B, R, lens = T_base_link[link], views.R_link_mount[link, k], views.lens[link, k]
             for i in range(3):
                 lens[i] = 0.0
                 for j in range(3):
@@ -137,17 +112,32 @@ def _views(sensors: NDArray[np.intp], T_base_link: Array, fan: Fan, hulls: Hulls
                     R[i, j] = B[0, i] * A[0, j] + B[1, i] * A[1, j] + B[2, i] * A[2, j]
                 for j in range(3):
                     lens[i] += R[i, j] * fan.origin[k, j]
-            along = 0.0
-            square = 0.0
+            along, square = 0.0, 0.0
             for i in range(3):
                 v = hulls.centre[link, i] - lens[i]
                 square += v * v
                 along += v * (
                     R[i, 0] * fan.axis[k, 0] + R[i, 1] * fan.axis[k, 1] + R[i, 2] * fan.axis[k, 2]
                 )
-            distance = np.sqrt(square)
-            views.reached[link, row] = _reaches(along, distance, hulls.radius[link], fan.cone[k])
-    return views
+            views.reached[link, k] = _reaches(
+                along, np.sqrt(square), hulls.radius[link], fan.cone[k]
+            )
+            if views.reached[link, k]:
+                _relative_twist(twist[link] - twist[own], B, views.twist[link, k])
+
+
+@compiled
+def _relative_twist(twist: Array, T: Array, out: Array) -> None:
+    """A twist (6,) at the base's origin, as one at the origin and in the axes of a frame T."""
+    x, y, z = T[0, 3], T[1, 3], T[2, 3]
+    v = (
+        twist[0] + twist[4] * z - twist[5] * y,
+        twist[1] + twist[5] * x - twist[3] * z,
+        twist[2] + twist[3] * y - twist[4] * x,
+    )
+    for i in range(3):
+        out[i] = T[0, i] * v[0] + T[1, i] * v[1] + T[2, i] * v[2]
+        out[3 + i] = T[0, i] * twist[3] + T[1, i] * twist[4] + T[2, i] * twist[5]
 
 
 @compiled
@@ -164,84 +154,122 @@ def _reaches(along: float, distance: float, radius: float, cone: float) -> bool:
 
 
 @compiled
-def _widen_zones(
+def first_look(
     sensors: NDArray[np.intp],
     reported: Array,
-    views: Views,
+    widely: bool,
     fan: Fan,
     hulls: Hulls,
-    rays: NDArray[np.uint8],
+    known: Known,
+    views: Views,
+    aims: Aims,
 ) -> None:
-    """Let all rays stand for the zones whose point may be a return from a link's box.
+    """Let rays stand for each zone of `sensors` (m,): its centre ray, and where its point may be
+    a return from a link and `widely` is true, all of the first look. Rows of `aims` are written.
 
-    What explains a point lies within the threshold and the depth of a pulse along the ray, and
-    within the zone's width across it.
+    What explains a point lies within the threshold behind it and `DEPTH` before it along the ray,
+    and within the zone's spread across it: that part of the ray enters the box with this margin.
     """
-    for row in range(len(sensors)):
-        k = sensors[row]
-        floor, share = fan.noise[k, 0], fan.noise[k, 1]
-        least, more = fan.pulse[k, 0], fan.pulse[k, 1]
+    p, u = np.empty(3), np.empty(3)
+    for k in sensors:
+        for zone in range(fan.first[k], fan.first[k + 1]):
+            aims.done[zone], aims.rays[zone] = 0, 1
+            aims.spread[zone] = spread(known, k, reported[zone], 0.0)
+            aims.eps[zone] = threshold(known, k, reported[zone], 0.0)
         for link in range(len(hulls.radius)):
-            if not views.reached[link, row]:
+            if not (widely and views.reached[link, k]):
                 continue
-            R, lens = views.R_link_mount[link, row], views.lens[link, row]
+            R, lens, w = views.R_link_mount[link, k], views.lens[link, k], views.twist[link, k]
             low, high = hulls.low[link], hulls.high[link]
+            turning = LONGEST * np.sqrt(w[3] ** 2 + w[4] ** 2 + w[5] ** 2)
+            along, across = _speeds(w, lens, fan.axis[k])
+            speed = np.hypot(along, across)  # of the link at the lens
             for zone in range(fan.first[k], fan.first[k + 1]):
-                z = reported[zone]
-                limit = hulls.slack[0] + SIGMAS * noise_of(floor, share, z)
-                pulse = pulse_of(least, more, z + limit)
-                margin = fan.longest[k] * (limit + pulse) + fan.width[k] * (z + limit + pulse)
-                length = z / fan.report[zone, 0]
-                inside = True
+                z, c = max(reported[zone], 0.01), fan.centre[zone]
                 for i in range(3):
-                    p = lens[i] + length * (
-                        R[i, 0] * fan.direction[zone, 0, 0]
-                        + R[i, 1] * fan.direction[zone, 0, 1]
-                        + R[i, 2] * fan.direction[zone, 0, 2]
-                    )
-                    inside &= low[i] - margin <= p <= high[i] + margin
-                if inside:
-                    rays[zone] = fan.ray_count[k]
+                    u[i] = R[i, 0] * c[0] + R[i, 1] * c[1] + R[i, 2] * c[2]
+                late = known.time[k] * (speed + turning * z)  # at most
+                limit = hulls.slack[0] + aims.eps[zone] + known.sigmas[0] * late
+                wide = aims.spread[zone] + known.sigmas[1] * late / (known.half[k] * z)
+                aside = fan.width[k] * min(wide, WIDEST)
+                begin = fan.depth[zone] * (1.0 - aside) * max(z - limit - DEPTH, 0.0)
+                end = fan.depth[zone] * (1.0 + aside) * (z + limit)
+                margin = aside * end
+                for i in range(3):
+                    step = u[i] if abs(u[i]) > 1e-30 else 1e-30
+                    t, s = (low[i] - margin - lens[i]) / step, (high[i] + margin - lens[i]) / step
+                    begin, end = max(begin, min(t, s)), min(end, max(t, s))
+                if begin <= end:
+                    aims.rays[zone] = fan.looks[k, 0]
+                    for i in range(3):
+                        p[i] = lens[i] + z * fan.depth[zone] * u[i]
+                    along, across = _speeds(w, p, u)
+                    aims.spread[zone] = max(aims.spread[zone], spread(known, k, z, across))
+                    aims.eps[zone] = max(aims.eps[zone], threshold(known, k, z, along))
 
 
 @compiled
-def _enter_box(
-    link: int,
-    sensors: NDArray[np.intp],
-    views: Views,
-    fan: Fan,
-    hulls: Hulls,
-    rays: NDArray[np.uint8],
-    casts: Casts,
-) -> None:
-    """Append the rays that enter the link's box, by the slabs between its faces."""
-    o, d = np.empty(3), np.empty(3)
-    n = casts.end[link]
-    for row in range(len(sensors)):
-        if not views.reached[link, row]:
-            continue
-        k, R, lens = sensors[row], views.R_link_mount[link, row], views.lens[link, row]
+def _speeds(twist: Array, p: Array, u: Array) -> tuple[float, float]:
+    """[m/s] at which a point p (3,) of what moves with `twist` (6,) moves along u (3,) and across,
+    all in one frame."""
+    x = twist[0] + twist[4] * p[2] - twist[5] * p[1]
+    y = twist[1] + twist[5] * p[0] - twist[3] * p[2]
+    z = twist[2] + twist[3] * p[1] - twist[4] * p[0]
+    along = (x * u[0] + y * u[1] + z * u[2]) / np.sqrt(u[0] ** 2 + u[1] ** 2 + u[2] ** 2)
+    return along, np.sqrt(max(x * x + y * y + z * z - along * along, 0.0))
+
+
+@compiled
+def second_look(sensors: NDArray[np.intp], verdict: NDArray[np.uint8], fan: Fan, aims: Aims) -> int:
+    """Let the rays between them stand for the zones whose verdict (S,) is KEPT though a first look
+    was had at them; the others get none. Returns how many zones have more rays."""
+    more = 0
+    for k in sensors:
         for zone in range(fan.first[k], fan.first[k + 1]):
-            for ray in range(rays[zone]):
-                near, far = 0.0, np.inf
-                for i in range(3):
-                    d[i] = (
-                        R[i, 0] * fan.direction[zone, ray, 0]
-                        + R[i, 1] * fan.direction[zone, ray, 1]
-                        + R[i, 2] * fan.direction[zone, ray, 2]
-                    )
-                    o[i] = lens[i] + NEAR * d[i]
-                    low, high = hulls.low[link, i] - SLACK, hulls.high[link, i] + SLACK
-                    if d[i] == 0.0:
-                        if o[i] < low or o[i] > high:
-                            far = -1.0
-                        continue
-                    a, b = (low - o[i]) / d[i], (high - o[i]) / d[i]
-                    near, far = max(near, min(a, b)), min(far, max(a, b))
-                if near <= far:
+            again = verdict[zone] == KEPT and 1 < aims.rays[zone] < fan.looks[k, 1]
+            aims.done[zone] = aims.rays[zone]
+            if again:
+                aims.rays[zone] = fan.looks[k, 1]
+                more += 1
+    return more
+
+
+@compiled
+def enter_boxes(
+    sensors: NDArray[np.intp], fan: Fan, hulls: Hulls, views: Views, aims: Aims, casts: Casts
+) -> None:
+    """Fill `casts` with the rays of `sensors` (m,) that enter a link's box, by the slabs between
+    its faces."""
+    o, d, n, R_rays = np.empty(3), np.empty(3), 0, fan.offset.shape[1]
+    for link in range(len(hulls.radius)):
+        for k in sensors:
+            if not views.reached[link, k]:
+                continue
+            R, lens = views.R_link_mount[link, k], views.lens[link, k]
+            for zone in range(fan.first[k], fan.first[k + 1]):
+                c, across, down = fan.centre[zone], fan.across[zone], fan.down[zone]
+                for ray in range(aims.done[zone], aims.rays[zone]):
+                    a = aims.spread[zone] * fan.offset[k, ray, 0]
+                    b = aims.spread[zone] * fan.offset[k, ray, 1]
+                    x = c[0] + a * across[0] + b * down[0]
+                    y = c[1] + a * across[1] + b * down[1]
+                    z = c[2] + a * across[2] + b * down[2]
+                    unit = 1.0 / np.sqrt(x * x + y * y + z * z)
+                    near, far = 0.0, np.inf
                     for i in range(3):
-                        casts.origin[n, i] = o[i]
-                        casts.direction[n, i] = d[i]
-                    casts.zone_ray[n] = zone * fan.direction.shape[1] + ray
-                    n += 1
-    casts.end[link] = n
+                        d[i] = unit * (R[i, 0] * x + R[i, 1] * y + R[i, 2] * z)
+                        o[i] = lens[i] + NEAR * d[i]
+                        low, high = hulls.low[link, i] - SLACK, hulls.high[link, i] + SLACK
+                        if d[i] == 0.0:
+                            if o[i] < low or o[i] > high:
+                                far = -1.0
+                            continue
+                        t, s = (low - o[i]) / d[i], (high - o[i]) / d[i]
+                        near, far = max(near, min(t, s)), min(far, max(t, s))
+                    if near <= far:
+                        for i in range(3):
+                            casts.origin[n, i] = o[i]
+                            casts.direction[n, i] = d[i]
+                        casts.zone_ray[n] = zone * R_rays + ray
+                        n += 1
+        casts.end[link] = n

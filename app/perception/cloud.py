@@ -68,8 +68,15 @@ class SkinCloud:
         """(K,) of `Unable`: what the frames themselves tell of their sensors."""
         return np.asarray(np.maximum(self._contacts.unable, self._proof.unable))
 
-    def add_frames(self, frames: Sequence[SensorFrame], posture: Posture, rules: Rules) -> None:
-        """Judge `frames`, all measured at `posture`; of two of one sensor the later one stays.
+    def add_frames(
+        self,
+        frames: Sequence[SensorFrame],
+        posture: Posture,
+        rules: Rules,
+        qd: Array | None = None,
+    ) -> None:
+        """Judge `frames`, all measured at `posture`, where the arm moved with qd (n,) [rad/s] or
+        stood; of two of one sensor the later one stays.
 
         A frame older than the one already held (reordered on its way) is ignored.
         """
@@ -84,11 +91,11 @@ class SkinCloud:
         reports.status[slots] = np.concatenate([f.status for f in chosen])
         reports.targets[slots] = np.concatenate([f.targets for f in chosen])
         self._stamp[sensors] = [f.stamp for f in chosen]
-        self._self_filter.judge(sensors, reports.distance, posture, rules, judged)
+        self._self_filter.judge(sensors, reports.distance, posture, rules, judged, qd)
         place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
-        self._ghosts.mark_ghosts(sensors, reports.distance, judged.verdict, judged.gap, rules)
+        self._ghosts.mark_ghosts(sensors, reports.distance, judged, rules)
         if rules.feels_contact:
             self._contacts.mark(
                 sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points

@@ -21,10 +21,11 @@ from app.needs import Needs
 from app.perception.background import Background
 from app.perception.cloud import SkinCloud
 from app.perception.memory import Memory
-from app.perception.pair_doubt import who_of, with_doubt
+from app.perception.pair_doubt import with_doubt
 from app.perception.proximity import BodyPairs, HeldPairs, ManyPairs, MountPairs
 from app.perception.rules import Rules, rules_of
 from app.perception.steadying import Steadying
+from app.perception.uncertainty import known_of
 from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
 from app.robot.model import Robot
@@ -70,7 +71,7 @@ class Perception:
         self._speed = ObstacleSpeed(skin)
         self._held, self._many = HeldPairs(self._body), ManyPairs(self._body)
         self._mounts, self._steadying = MountPairs(skin), Steadying()
-        self._who = who_of(skin)
+        self._known = known_of(skin)
         self._kind = ""  # of the pairs that are followed
 
     @property
@@ -135,7 +136,7 @@ class Perception:
         if rules.obstacle_speed:
             pairs = self._speed.update(pairs, joints.stamp)
         if not needs.as_published:
-            pairs = with_doubt(pairs, cloud, self._memory.seen, posture, joints, self._who)
+            pairs = with_doubt(pairs, cloud, self._memory.seen, posture, joints, self._known)
         steady = self._steadied(pairs, posture, needs, dt)
         if rules.memory:
             self._revise_memory(body, len(cloud.points), joints.stamp, rules)
@@ -158,7 +159,7 @@ class Perception:
         for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
             then = self._robot.posture(self._history.at(stamp))
             together = list(group)
-            self._cloud.add_frames(together, then, rules)
+            self._cloud.add_frames(together, then, rules, self._history.speed(stamp))
             if rules.memory or rules.obstacle_speed:
                 sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
                 if rules.obstacle_speed:

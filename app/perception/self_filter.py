@@ -8,8 +8,10 @@ the cover around the sensor, never change and are cast once.
 
 Beyond the paper, and switchable back (`two_sided`, `footprint`):
 - A point well BEHIND the body cannot be an obstacle; it is a wrong pose or multipath.
-- A zone is a cone of 5.6 degrees, 10 cm wide at 1 m, so several rays stand for it and are
-  weighed as the sensor weighs its returns; otherwise links' edges pass as obstacles.
+- A zone is a cone of 5.6 degrees, 10 cm wide at 1 m, and nobody knows to the tenth of a degree
+  where it points. So rays are spread over it and beyond, by what its mounting and its stamp leave
+  in doubt, and so is the distance at which the body may be seen. Otherwise edges of links pass as
+  obstacles.
 
 Distances are compared as the sensor reports them, along its axis or along its rays.
 """
@@ -18,18 +20,35 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array
-from app.perception.casting import NEAR, Casts, Fan, Hulls, select_rays
-from app.perception.returns import Judgement, Returns, explain_returns
+from app.perception.casting import (
+    DEPTH,
+    NEAR,
+    Aims,
+    Casts,
+    Hulls,
+    Views,
+    aim,
+    enter_boxes,
+    first_look,
+    second_look,
+)
+from app.perception.footprint import Fan, fan_of
+from app.perception.returns import (
+    KEPT,
+    Judgement,
+    Returns,
+    explain_returns,
+    take_hits,
+    take_own,
+)
 from app.perception.rules import Rules
+from app.perception.uncertainty import Known, known_of, spread
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
-# of links without thresholds of their own (`flinch calibrate filter`): meshes, poses and the bias
-# of zones together are off by up to 2 cm; below 3 cm edges of links pass as obstacles
-BASE, LEAST = 0.02, 0.03  # [m]
-CALIBRATED = 1e-3  # [m] smallest threshold of a link with one of its own: meshes are no better
+USUAL = 0.3  # [m] how far a sensor's own link is away, for a first look at it
 
 
 def no_judgement(slots: int) -> Judgement:
@@ -37,19 +56,25 @@ def no_judgement(slots: int) -> Judgement:
     return Judgement(
         np.zeros(slots, dtype=np.uint8), np.full(slots, -1, dtype=np.int16),
         np.full(slots, np.inf), np.full(slots, np.nan), np.zeros(slots, dtype=np.bool_),
-        np.zeros(slots, dtype=np.uint8),
+        Aims(*np.zeros((2, slots), dtype=np.uint8), *np.ones((2, slots))),
     )  # fmt: skip
 
 
 class SelfFilter:
-    """Judges the zones of some sensors at one posture; everything constant is kept."""
+    """Judges the zones of some sensors at one posture; everything constant is kept.
 
-    def __init__(self, robot: Robot, skin: Skin) -> None:
+    caution: times the margins that follow from what is known of the skin.
+    """
+
+    def __init__(self, robot: Robot, skin: Skin, caution: float = 1.0) -> None:
+        self.depth=DEPTH
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
-        self._hulls = _hulls(robot)
-        self._fan = _fan(skin)
-        self._own = self._own_returns(robot)
-        self._casts = _room_for_casts(len(self._meshes), len(self._meshes) * self._own.link.size)
+        self._hulls, self._fan, self._known = _hulls(robot), fan_of(skin), known_of(skin, caution)
+        self._own = _own_returns(robot, self._fan, self._known, self._hulls)
+        links, shape = len(self._meshes), self._own.link.shape
+        self._returns = Returns(np.empty(shape, np.float32), np.empty(shape, np.int16))
+        self._casts = _room_for_casts(links, links * self._own.link.size)
+        self._views = _room_for_views(links, skin.count)
 
     def judge(
         self,
@@ -58,46 +83,88 @@ class SelfFilter:
         posture: Posture,
         rules: Rules,
         into: Judgement | None = None,
+        qd: Array | None = None,
     ) -> Judgement:
         """Verdict of each zone of `sensors` (m,), and why, by slot.
 
         reported: (S,) [m] distances, any value where there is no target.   into: written and
         returned; rows of other sensors stay. Without it they are those of `no_judgement`.
+        qd: (n,) [rad/s] at which the arm moved, None: it stood.
         """
         judged = no_judgement(len(reported)) if into is None else into
-        casts = self._casts
-        select_rays(
-            sensors, reported, posture.T_base_link, rules.footprint, self._fan, self._hulls,
-            casts, judged.rays,
-        )  # fmt: skip
+        fan, known, hulls, views = self._fan, self._known, self._hulls, self._views
+        twist = posture.link_twists(np.zeros(len(posture.q)) if qd is None else qd)
+        aim(sensors, posture.T_base_link, twist, fan, hulls, views)
+        first_look(sensors, reported, rules.footprint, fan, hulls, known, views, judged.aims)
+        self._look(sensors, reported, rules, judged)
+        if rules.footprint and second_look(sensors, judged.verdict, fan, judged.aims):
+            self._look(sensors, reported, rules, judged)
+        return judged
+
+    def _look(
+        self, sensors: NDArray[np.intp], reported: Array, rules: Rules, judged: Judgement
+    ) -> None:
+        """Cast the rays that are still to be cast, and judge by all."""
+        fan, casts, aims = self._fan, self._casts, judged.aims
+        take_own(sensors, fan, aims, self._own, self._returns)
+        enter_boxes(sensors, fan, self._hulls, self._views, aims, casts)
         first = 0
         for mesh, last in zip(self._meshes, casts.end.tolist(), strict=True):
             if last > first:
                 t = mesh.cast(casts.origin[first:last], casts.direction[first:last])
                 np.add(t, np.float32(NEAR), out=casts.hit[first:last])
             first = last
+        take_hits(self._known.sensor_of, fan, aims, casts, self._returns)
         explain_returns(
-            sensors, reported, rules.two_sided, self._fan, self._hulls, self._own, casts, judged
-        )
-        return judged
+            sensors, reported, self.depth if rules.footprint else 0.0, rules.two_sided,
+            self._known, self._hulls, self._returns, judged,
+        )  # fmt: skip
 
-    def _own_returns(self, robot: Robot) -> Returns:
-        """Where rays end on each sensor's own link and what is fixed to it."""
-        fan = self._fan
-        own = Returns(np.full(fan.report.shape, MISS), np.full(fan.report.shape, -1, np.int16))
-        for k, mount in enumerate(fan.link):
-            mine = slice(fan.first[k], fan.first[k + 1])
-            length, link = own.length[mine], own.link[mine]
-            rays = fan.direction[mine].reshape(-1, 3)
-            for i in np.flatnonzero(self._hulls.fixed[mount]):
-                T = robot.T_link_link(int(i), int(mount))  # a fixed part may have another frame
-                d = rays @ T[:3, :3].T.astype(np.float32)
-                o = (T[:3, :3] @ fan.origin[k] + T[:3, 3]).astype(np.float32)
-                o = o + np.float32(NEAR) * d
-                t = self._meshes[i].cast(o, d).reshape(length.shape) + np.float32(NEAR)
-                link[t < length] = i
-                length[:] = np.minimum(length, t)
-        return own
+
+def _own_returns(robot: Robot, fan: Fan, known: Known, hulls: Hulls) -> Returns:
+    """Where rays end on each sensor's own link and what is fixed to it, spread as widely as the
+    body is near."""
+    shape = (len(fan.centre), fan.offset.shape[1])
+    own = Returns(np.full(shape, MISS), np.full(shape, -1, np.int16))
+    for k, mount in enumerate(fan.link):
+        mine = slice(fan.first[k], fan.first[k + 1])
+        away = np.full(fan.first[k + 1] - fan.first[k], USUAL)
+        for _ in range(2):
+            wide = np.array([spread(known, k, z, 0.0) for z in away])
+            distance, link = _fixed_hits(robot, fan, hulls, k, wide)
+            nearest = distance.min(axis=1)
+            away = np.where(np.isfinite(nearest), nearest, USUAL)
+        own.distance[mine], own.link[mine] = distance, link
+    return own
+
+
+def _fixed_hits(
+    robot: Robot, fan: Fan, hulls: Hulls, k: int, wide: Array
+) -> tuple[NDArray[np.float32], NDArray[np.int16]]:
+    """Distances (n, R) that sensor k would report of what is fixed to it, and its links (n, R).
+
+    wide: (n,) spread of its zones. What goes round the lens goes aside with it: no more than the
+    zone itself is looked at on a cover.
+    """
+    mount, mine = int(fan.link[k]), slice(fan.first[k], fan.first[k + 1])
+    shape = (len(wide), fan.offset.shape[1])
+    distance, link = np.full(shape, MISS), np.full(shape, -1, np.int16)
+    for i in np.flatnonzero(hulls.fixed[mount]):
+        s = np.ones_like(wide) if robot.links[i] in robot.covers else wide
+        rays = (
+            fan.centre[mine, None]
+            + s[:, None, None] * fan.offset[k, :, :1] * fan.across[mine, None]
+            + s[:, None, None] * fan.offset[k, :, 1:] * fan.down[mine, None]
+        )
+        length = np.linalg.norm(rays, axis=2)
+        T = robot.T_link_link(int(i), mount)  # a fixed part may have another frame
+        d = ((rays / length[..., None]).reshape(-1, 3) @ T[:3, :3].T).astype(np.float32)
+        o = (T[:3, :3] @ fan.origin[k] + T[:3, 3]).astype(np.float32) + np.float32(NEAR) * d
+        t = robot.rigid[i].cast(o, d).reshape(shape) + np.float32(NEAR)
+        t = t if fan.radial[k] else (t / length).astype(np.float32)
+        link[t < distance] = i
+        distance = np.minimum(distance, t)
+    return distance, link
 
 
 def _room_for_casts(links: int, most: int) -> Casts:
@@ -110,39 +177,25 @@ def _room_for_casts(links: int, most: int) -> Casts:
     )
 
 
-def _fan(skin: Skin) -> Fan:
-    """The skin's rays, and margins that are rounded up, so that rounding never culls."""
-    direction, report = skin.rays.astype(np.float32), skin.report
-    unit = skin.rays / report[..., None]  # rays of unit report
-    width = np.linalg.norm(unit - unit[:, :1], axis=2)
-    # beyond a sensor's own rays stand others, along its axis
-    width[np.arange(report.shape[1]) >= skin.ray_count[skin.sensor_of, None]] = 0.0
-    return Fan(
-        first=skin.first, link=skin.link.astype(np.int64), origin=skin.origin, axis=skin.axis,
-        cone=skin.cone, ray_count=skin.ray_count, direction=direction,
-        report=report.astype(np.float32),
-        longest=np.ceil(10.0 * _most(1.0 / report, skin)) / 10.0,
-        width=np.ceil(200.0 * _most(width, skin)) / 200.0,
-        noise=skin.traits.noise, pulse=skin.traits.pulse,
-    )  # fmt: skip
-
-
-def _most(of_rays: Array, skin: Skin) -> Array:
-    """(K,) the largest value (S, R) of each sensor's rays."""
-    return np.asarray(np.maximum.reduceat(of_rays.max(axis=1), skin.first[:-1]))
+def _room_for_views(links: int, sensors: int) -> Views:
+    shape = (links, sensors)
+    return Views(
+        R_link_mount=np.empty((*shape, 3, 3)),
+        lens=np.empty((*shape, 3)),
+        twist=np.empty((*shape, 6)),
+        reached=np.empty(shape, dtype=np.bool_),
+    )
 
 
 def _hulls(robot: Robot) -> Hulls:
-    """Spheres, boxes and thresholds; a link without thresholds of its own has the general ones."""
+    """Spheres, boxes and the thresholds that were measured."""
     used = [b.vertices[np.unique(b.faces)] for b in robot.bodies]
-    general = np.isnan(robot.eps)
-    base = np.where(general, BASE, robot.eps)
-    least = np.where(general, LEAST, CALIBRATED)
     return Hulls(
         centre=np.array([m.centre for m in robot.rigid]),
         radius=np.array([m.radius for m in robot.rigid]) * (1.0 + 1e-6),  # float32 meshes
         low=np.array([v.min(axis=0) for v in used]),
         high=np.array([v.max(axis=0) for v in used]),
-        fixed=robot.welded, base=base, least=least,
-        slack=np.array([max(base.max(), least.max())]),
-    )  # fmt: skip
+        fixed=robot.welded,
+        measured=robot.eps,
+        slack=np.array([np.nanmax(robot.eps, initial=0.0)]),
+    )

@@ -1,5 +1,7 @@
 """A real skin, or a recorded one, with whatever arm: the world is not ours to change."""
 
+from collections.abc import Callable
+
 import numpy as np
 
 from app.actions import Action
@@ -16,6 +18,10 @@ class RealPlant:
     def __init__(self, robot: Robot, arm: Arm, source: Source) -> None:
         self.name, self.limits = source.name, arm.limits
         self._robot, self._arm, self._source = robot, arm, source
+
+    def listen_through(self, ear: Callable[[Source], Source]) -> None:
+        """Let the frames come through what `ear` makes of their source: to try what may fail."""
+        self._source = ear(self._source)
 
     def read(self, now: float, patience: float) -> Reading:
         joints = self._arm.state(now)

@@ -5,6 +5,8 @@ import numpy as np
 from app.compiled import compiled
 from app.messages import Array, JointState
 
+SPAN = 0.01  # [s] to either side over which a speed is taken
+
 
 class JointHistory:
     """Ring of (stamp, q); `at(t)` interpolates linearly and clamps at both ends."""
@@ -27,6 +29,11 @@ class JointHistory:
         q = np.empty(self._q.shape[1])
         _between(self._stamp, self._q, self._count, stamp, q)
         return q
+
+    def speed(self, stamp: float) -> Array:
+        """qd (n,) around `stamp`, zero outside the remembered span."""
+        before, after = self.at(stamp - SPAN), self.at(stamp + SPAN)
+        return np.asarray((after - before) / (2.0 * SPAN))
 
     def reset(self) -> None:
         """Forget everything."""

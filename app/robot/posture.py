@@ -55,6 +55,11 @@ class Posture:
         _rates(links, points, normals, self.J_base, self.supports, out)
         return out
 
+    def link_twists(self, qd: Array) -> Array:
+        """(L, 6) velocity of each link at joint speeds qd (n,), base frame: [m/s] of what of it is
+        at the base's origin, and [rad/s]; a point p of it moves with v + w x p."""
+        return np.asarray((self.supports * qd) @ self.J_base.T)
+
 
 @compiled
 def _tool(J_base: Array, support: Array, T_base_tool: Array, out: Array) -> None:

@@ -11,21 +11,19 @@ a new measurement and hands it to a USB chip that waits for more (1 to 16 ms). A
 measured it gives `latency_ms`, or `flinch calibrate mounts` estimates it.
 """
 
-from collections.abc import Sequence
+from dataclasses import replace
 
-import numpy as np
-
-from app.messages import Array
+from app.messages import freeze
 from app.robot.sensor_type import SensorType
-from app.sensing.port_spec import PortSpec
+from app.robot.skin import Skin
+from app.sensing.port_spec import PortSpec, parse_ports
 from app.sensing.wire.detect import FORMATS
 
 BITS = 10  # of a byte on the line
 NO_LINE = "/dev/ttyACM"  # boards with USB of their own: their speed is a name, nothing is slow
 # [s], 1 sigma of a stamp: where only size and speed are known, what is left out above is spread
-# over 50 ms; a latency that was measured varies with the board's polling; a board's own clock is
-# read when its loop comes to it.
-ESTIMATED, TOLD, CLOCKED = 0.015, 0.005, 0.003
+# over 50 ms; a latency that was measured varies with the board's polling
+ESTIMATED, TOLD = 0.015, 0.005
 
 
 def latency(spec: PortSpec, kind: SensorType, clocked: bool, size: float, baud: int) -> float:
@@ -41,27 +39,31 @@ def latency(spec: PortSpec, kind: SensorType, clocked: bool, size: float, baud: 
     return kind.integration / 2 + (BITS * size / line if line else 0.0)
 
 
-def latency_words(spec: PortSpec, seconds: float) -> str:
-    """What the page and the check say of it; nothing of a board's own clock."""
+def latency_words(spec: PortSpec, seconds: float, late: float) -> str:
+    """What the page and the check say of it; nothing of a board's own clock alone.
+
+    late: [s] what the calibration of the mounts found stamps to be later by than this says.
+    """
+    more = f", and {1e3 * late:+.0f} ms by the mounts' calibration" if late else ""
     if spec.latency is not None:
-        return f"latency {1e3 * seconds:.0f} ms as given"
+        return f"latency {1e3 * seconds:.0f} ms as given{more}"
     if seconds == 0.0:
-        return ""
-    return f"latency about {1e3 * seconds:.0f} ms, give latency_ms if you know it"
+        return f"latency{more[5:]}" if more else ""
+    hint = "" if more else ", give latency_ms if you know it"
+    return f"latency about {1e3 * seconds:.0f} ms{more}{hint}"
 
 
-def stamp_doubt(spec: PortSpec) -> float:
-    """[s] 1 sigma of the stamps of what a port says; where its format is not known yet, of the
-    worst that it can be: one without a clock names no sensor, and needs to be given one."""
-    if spec.latency is not None:
-        return TOLD
-    named = FORMATS[spec.format].named if spec.format else len(spec.sensors) != 1
-    return CLOCKED if named else ESTIMATED
+def clockless(spec: PortSpec) -> bool:
+    """May what a port says be without a clock? Such formats name no sensor either, so where the
+    format is not known yet, a port that is given no sensor, or several, has one."""
+    return not FORMATS[spec.format].named if spec.format else len(spec.sensors) == 1
 
 
-def with_stamp_doubt(time: Array, specs: Sequence[PortSpec]) -> Array:
-    """(K,) [s] `time` of each sensor, replaced where a port claims it, or may speak for any."""
-    out = time.copy()
-    for spec in sorted(specs, key=lambda s: len(s.sensors) > 0):
-        out[list(spec.sensors) if spec.sensors else slice(None)] = stamp_doubt(spec)
-    return np.asarray(out)
+def with_stamp_doubt(skin: Skin, ports: str) -> Skin:
+    """The skin with what is not known of the stamps of frames without a clock; `ports` is what
+    follows `serial:`."""
+    time = skin.doubt.time.copy()
+    for spec in parse_ports(ports, skin):
+        if clockless(spec):
+            time[list(spec.sensors)] = ESTIMATED if spec.latency is None else TOLD
+    return replace(skin, doubt=replace(skin.doubt, time=freeze(time)))

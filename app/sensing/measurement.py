@@ -1,6 +1,7 @@
 """What simulated sensors report: what is there, and what a sensor makes of it."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -10,6 +11,8 @@ from app.sensing.sight import Eyes, Sight
 from app.sensing.streams import sensor_streams
 from app.world.world import World
 
+LIGHT = 0.5  # [klux] of a laboratory, at strength 1
+
 
 class Measurement:
     """Frames of any of the sensors at any time: what is there, and what the sensor makes of it.
@@ -18,10 +21,16 @@ class Measurement:
     """
 
     def __init__(self, eyes: Eyes, world: World, seed: int, errors: ErrorModel) -> None:
-        self._sight, self._errors, skin = Sight(eyes, world), errors, eyes.skin
+        budget, skin = eyes.budget, eyes.skin
+        light = errors.light_klux + LIGHT * budget.light
+        errors = replace(errors, light_klux=light, by_signal=budget.ranges)
+        self._sight, self._errors = Sight(eyes, world), errors
         kinds = [s.type for s in skin.sensors]
         self._streams = [sensor_streams(seed, k) for k in range(skin.count)]
-        self._flaws = [errors.flaws(t, s) for t, s in zip(kinds, self._streams, strict=True)]
+        self._flaws = [
+            errors.flaws(t, s, w)
+            for t, s, w in zip(kinds, self._streams, self._sight.window, strict=True)
+        ]
         self._sequence = [0] * skin.count
         self._had_target = [np.zeros(t.zones, dtype=bool) for t in kinds]
 

@@ -98,7 +98,7 @@ class SerialSkin:
             facts = port.facts()
             line = rate_words(facts, state, watch)
             if facts.format:
-                told = latency_words(self._specs[i], watch.latency) if watch.spoken else ""
+                told = latency_words(self._specs[i], watch.latency, self._skin.late)
                 missing = "" if FORMATS[facts.format].status else STATELESS
                 line = " · ".join(part for part in (line, told, missing) if part)
             out.append((port.name, line))

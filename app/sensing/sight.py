@@ -1,9 +1,9 @@
 """What the sensors of a skin would see: rays against the world AND the robot's own links.
 
-A zone integrates over its solid angle, so it is simulated with sub-rays, as many as its type
-says; the nearest cluster of distances is what it reports, never the mean. The rays of all sensors
-that measure at one time are cast together, body by body: first the links, which hide what lies
-behind them.
+A zone integrates over its solid angle, so it is simulated with many rays (`app.sensing.fan`), of
+which it reports the first strong pulse (`app.sensing.response`), never the mean. The rays of all
+sensors that measure at one time are cast together, body by body: first the links, which hide
+what lies behind them.
 """
 
 from collections.abc import Sequence
@@ -15,11 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array
-from app.raycast import Beams, Hits, RigidMesh, Solids
-from app.robot.skin import Sensor, Skin, zone_directions, zone_rays
+from app.raycast import Beams, Hits, RigidMesh, Solids, no_hits
+from app.robot.skin import Skin
 from app.sensing import zones
 from app.sensing.budget import Budget
 from app.sensing.error_model import Reading
+from app.sensing.fan import fan_of
+from app.sensing.finish import Finish
+from app.sensing.response import first_pulses
 from app.sensing.truth import Truth
 from app.world.world import World
 
@@ -29,13 +32,15 @@ class Links:
     """The body links of an arm (L of them) as rays meet them.
 
     bodies:      one a link, link frame.   welded: (L, L) bool, do two links move as one?
-    covers:      (L,) bool, which of them are covers, that go along with their sensors.
+    covers:      (L,) bool, which of them are covers.
+    modelled:    one a link, as its sensors were laid out on it.
     T_base_link: (L, 4, 4) at some posture: how links that are welded lie to each other.
     """
 
     bodies: tuple[RigidMesh, ...]
     welded: NDArray[np.bool_]
     covers: NDArray[np.bool_]
+    modelled: tuple[RigidMesh, ...]
     T_base_link: Array
 
 
@@ -47,14 +52,16 @@ class Eyes(NamedTuple):
     skin: Skin
     laid_out: Skin
     budget: Budget
+    seed: int
 
 
 def eyes_of(truth: Truth) -> Eyes:
     """What sees, of a truth."""
     robot = truth.robot
     covers = np.isin(robot.links, robot.covers)
-    links = Links(robot.rigid, robot.welded, covers, robot.posture(robot.home).T_base_link)
-    return Eyes(links, truth.skin, truth.laid_out, truth.budget)
+    T_base_link, modelled = robot.posture(robot.home).T_base_link, truth.modelled.rigid
+    links = Links(robot.rigid, robot.welded, covers, modelled, T_base_link)
+    return Eyes(links, truth.skin, truth.laid_out, truth.budget, truth.seed)
 
 
 class Sight:
@@ -62,73 +69,56 @@ class Sight:
 
     def __init__(self, eyes: Eyes, world: World) -> None:
         links, skin = eyes.links, eyes.skin
-        self._links = Solids(links.bodies, np.arange(len(links.bodies), dtype=np.int16))
+        names = np.arange(len(links.bodies), dtype=np.int16)
+        self._links = Solids(links.bodies, names)
         self._world = world
         self._fixed: NDArray[np.bool_] = links.welded[skin.link]  # (K, L) to the sensor's link?
         self._zones = [s.type.zones for s in skin.sensors]
-        self._fan = _fan(skin)
-        far = np.repeat([s.type.most_m for s in skin.sensors], np.diff(self._fan.first))
-        nothing = np.full(len(far), zones.NOTHING, dtype=np.int16)
-        self._own = Hits(far.astype(np.float32), nothing)
+        self._fan, self._real = fan_of(skin, eyes.budget, eyes.seed), eyes.budget.zones > 0.0
+        self._finish = Finish(eyes, skin)
+        rays = np.diff(self._fan.ray[self._fan.zone])
+        far = np.repeat([s.type.most_m for s in skin.sensors], rays)
+        self._own = no_hits(far.astype(np.float32), zones.NOTHING)
         # what is fixed to a sensor's own link is hit where it always is; cast once
-        everyone, T = np.arange(skin.count), links.T_base_link
-        for fan, mine in (
-            (self._fan, self._fixed & ~links.covers),
-            (_fan(eyes.laid_out), self._fixed & links.covers),
+        glued = self._fixed & (links.covers | (names == np.array(skin.link)[:, None]))
+        laid_out = fan_of(eyes.laid_out, eyes.budget, eyes.seed)
+        for fan, solids, mine in (
+            (self._fan, self._links, self._fixed & ~glued),
+            (laid_out, Solids(links.modelled, names), glued),
         ):
-            self._own = self._rays_to_links(fan, everyone, T, ~mine)[1]
+            _, self._own = self._rays_to_links(
+                fan, solids, np.arange(skin.count), links.T_base_link, ~mine
+            )
+
+    @property
+    def window(self) -> Array:
+        """(K,) [m] from each lens to its dirty window; 0: it is clean."""
+        return self._finish.window
 
     def read(self, sensors: Sequence[int], T_base_link: Array) -> list[Reading]:
         """The truth in each zone of some sensors, links posed at T_base_link (L, 4, 4)."""
         who = np.array(sensors, dtype=np.int64)
-        beams, hits = self._rays_to_links(self._fan, who, T_base_link, self._fixed[who])
+        blind = self._fixed[who]
+        beams, hits = self._rays_to_links(self._fan, self._links, who, T_base_link, blind)
         self._world.end_rays(beams, hits)
         first = list(accumulate((self._zones[k] for k in sensors), initial=0))
         seen = zones.no_reading(first[-1])
-        zones.merge_rays(who, hits, self._fan, seen)
-        return [
-            Reading(seen.depth[a:b], seen.merged[a:b], seen.label[a:b], seen.pure[a:b])
-            for a, b in pairwise(first)
-        ]
+        if self._real:
+            surfaces = self._finish.surfaces(self._world.bodies)
+            first_pulses(who, hits, self._fan, surfaces, seen)
+        else:
+            zones.merge_rays(who, hits, self._fan, seen)
+        return [Reading._make(column[a:b] for column in seen) for a, b in pairwise(first)]
 
     def _rays_to_links(
-        self, fan: zones.Fan, who: NDArray[np.int64], T_base_link: Array, blind: NDArray[np.bool_]
-    ) -> tuple[Beams, Hits]:
+        self, fan: zones.Fan, solids: Solids, who: NDArray[np.int64], T_base_link: Array,
+        blind: NDArray[np.bool_],
+    ) -> tuple[Beams, Hits]:  # fmt: skip
         """The rays of sensors `who` (m,) ended by the links, but for those that are `blind` (m, L)
         to a link."""
         poses = np.array(T_base_link)
         beams, hits = zones.rays_in_base(fan, self._own, who, poses)
-        self._links.end_rays(poses, beams, blind, hits)
+        # a bundle is a zone
+        blind = np.repeat(blind, [self._zones[k] for k in who], axis=0)
+        solids.end_rays(poses, beams, blind, hits)
         return beams, hits
-
-
-def _fan(skin: Skin) -> zones.Fan:
-    rays = [_sub_rays(s) for s in skin.sensors]
-    kinds = [s.type for s in skin.sensors]
-    cosine = [r @ a for r, a in zip(rays, skin.axis, strict=True)]
-    return zones.Fan(
-        link=np.array(skin.link, dtype=np.int64),
-        lens=np.array(skin.origin),
-        axis=np.array(skin.axis),
-        half_angle=np.array([_half_angle(s) for s in skin.sensors]),
-        first=np.append(0, np.cumsum([len(r) for r in rays])).astype(np.int64),
-        zone=np.array(skin.first),
-        direction=np.concatenate(rays),
-        report=np.concatenate(
-            [np.ones_like(c) if t.radial else c for c, t in zip(cosine, kinds, strict=True)]
-        ),
-        separate=np.array([t.separate_m for t in kinds]),
-        pulse=skin.traits.pulse,
-    )
-
-
-def _sub_rays(sensor: Sensor) -> Array:
-    """(zones * footprint^2, 3) unit directions in the link frame, zone by zone."""
-    d = zone_rays(sensor).reshape(-1, 3) @ sensor.T_link_sensor[:3, :3].T
-    return np.asarray(d / np.linalg.norm(d, axis=1, keepdims=True))
-
-
-def _half_angle(sensor: Sensor) -> float:
-    """[rad] of the cone round the axis that holds the whole field of view: its corners."""
-    corner = zone_directions(sensor, np.array([-0.5]), np.array([-0.5]))[0]
-    return float(np.arctan(np.hypot(corner[0], corner[1])))

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from app.messages import SensorFrame
-from app.sensing.truth import Part, Truth
+from app.sensing.truth import Truth
+from app.sensing.truth_parts import Part, stream
 
 
 class Stamps:
@@ -13,7 +14,7 @@ class Stamps:
         """latency: [s] until a frame arrives, longer where its stamp could not be known yet."""
         self.delay = max(latency, truth.late)
         self._late, self._jitter = truth.late, truth.jitter
-        self._rng = [truth.stream(Part.TIME, k) for k in range(truth.skin.count)]
+        self._rng = [stream(truth.seed, Part.TIME, k) for k in range(truth.skin.count)]
 
     def stamped(self, frame: SensorFrame) -> SensorFrame:
         """The sensor's next frame, whose stamp is that of its light, as it arrives.

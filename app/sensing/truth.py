@@ -3,21 +3,20 @@
 The brain has the `Robot` and the `Skin` that it believes in. Beside them stand another robot,
 whose joints and links are where they truly are, and another skin, whose sensors are where the
 glue holds them. Only simulated devices, judges and studies look at them.
-
-Every part draws from a stream of its own: switching one off leaves the others' draws as they are.
 """
 
 from dataclasses import dataclass, replace
-from enum import IntEnum
 
 import numpy as np
 
 from app.messages import Array, freeze
 from app.robot.model import Robot
-from app.robot.perturbed import with_joint_errors
+from app.robot.perturbed import with_bodies, with_joint_errors
 from app.robot.posture import rotation_matrix
 from app.robot.skin import Skin, build_skin
-from app.sensing.budget import IDEAL, Budget
+from app.sensing.budget import Budget
+from app.sensing.true_body import true_bodies
+from app.sensing.truth_parts import Part, stream
 
 # sizes at strength 1
 MOUNTING = np.array([0.002] * 3 + [np.radians(0.5)] * 3)  # [m, rad] a printed cover on a tube
@@ -27,31 +26,21 @@ ENCODERS = 1e-4  # [rad]
 JITTER = 0.002  # [s] of a frame's stamp
 
 
-class Part(IntEnum):
-    """Streams of random numbers, one a part; a number never changes its meaning."""
-
-    MOUNTING = 0
-    KINEMATICS = 1
-    ENCODERS = 2
-    TIME = 3
-    BODY = 4
-    REFLECTANCE = 5
-    COVER = 6
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class Truth:
     """An arm and its skin as they are.
 
     robot:    its postures are true ones at true joint angles, its bodies the true surfaces.
-    skin:     its sensors where they are.   laid_out: where the layout has them; a window moves
-              with its sensor, so that this is how a sensor sees the cover of its own link.
+    skin:     its sensors where they are.
+    modelled, laid_out: the robot and its skin as they are believed to be. A sensor is glued to its
+              link, and its window moves with it: what it sees of these is as it was laid out.
     encoders: [rad] noise of the joint angles that are read.
     jitter:   [s] noise of the frames' stamps.   late: [s] by which they always are too late.
     """
 
     robot: Robot
     skin: Skin
+    modelled: Robot
     laid_out: Skin
     budget: Budget
     seed: int
@@ -59,26 +48,14 @@ class Truth:
     jitter: float = 0.0
     late: float = 0.0
 
-    def stream(self, part: Part, *key: int) -> np.random.Generator:
-        """The random numbers of a part, or of one thing in it."""
-        return stream(self.seed, part, *key)
-
-
-def stream(seed: int, part: Part, *key: int) -> np.random.Generator:
-    """See `Truth.stream`; sensors' own streams have keys of length one (`app.sensing.streams`)."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1 << 20, part, *key)))
-
-
-def ideal_truth(robot: Robot, skin: Skin, seed: int = 0) -> Truth:
-    """Everything is as it is believed to be."""
-    return Truth(robot, skin, skin, IDEAL, seed)
-
 
 def draw_truth(robot: Robot, skin: Skin, budget: Budget, seed: int) -> Truth:
     """The truth behind `robot` and `skin` as laid out, seeded."""
+    true_skin = _true_skin(robot, skin, budget, seed)
     return Truth(
-        robot=_true_robot(robot, budget, seed),
-        skin=_true_skin(robot, skin, budget, seed),
+        robot=_true_robot(robot, true_skin, budget, seed),
+        skin=true_skin,
+        modelled=robot,
         laid_out=skin,
         budget=budget,
         seed=seed,
@@ -88,7 +65,9 @@ def draw_truth(robot: Robot, skin: Skin, budget: Budget, seed: int) -> Truth:
     )
 
 
-def _true_robot(robot: Robot, budget: Budget, seed: int) -> Robot:
+def _true_robot(robot: Robot, true_skin: Skin, budget: Budget, seed: int) -> Robot:
+    if budget.body:
+        robot = with_bodies(robot, true_bodies(robot, true_skin, budget.body, seed))
     if budget.kinematics:
         unit = stream(seed, Part.KINEMATICS).standard_normal((robot.n, 6))
         robot = with_joint_errors(robot, budget.kinematics * KINEMATICS * unit)

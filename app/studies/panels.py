@@ -30,14 +30,15 @@ class PanelSpec(NamedTuple):
 
 
 def panels(
-    seeds: int = 10, seconds: float = 8.0, seed: int = 0, *, jobs: int = 1, rate: float = 125.0
-) -> Report:
+    seeds: int = 10, seconds: float = 8.0, seed: int = 0, *,
+    jobs: int = 1, world: str = "honest", rate: float = 125.0,
+) -> Report:  # fmt: skip
     """Both controllers before both panels, `seeds` runs each."""
     specs = [
         PanelSpec(scene, mode, seed + i)
         for i in range(seeds) for scene in SCENES for mode in (WHOLE, MOUNTS)
     ]  # fmt: skip
-    found = list(each(partial(run_panel, seconds=seconds, rate=rate), specs, jobs))
+    found = list(each(partial(run_panel, seconds=seconds, world=world, rate=rate), specs, jobs))
     rows, checks = [], []
     for scene in SCENES:
         more, check = _compared(scene, [r for r in found if r["scene"] == scene])
@@ -46,9 +47,9 @@ def panels(
     return Report("panels", seed, rows, checks)
 
 
-def run_panel(spec: PanelSpec, seconds: float, rate: float) -> dict[str, Any]:
+def run_panel(spec: PanelSpec, seconds: float, world: str, rate: float) -> dict[str, Any]:
     """One run, as a row."""
-    setup = Setup(scene=spec.scene, seed=spec.seed, rate=rate)
+    setup = Setup(scene=spec.scene, seed=spec.seed, rate=rate, world=world)
     record, _ = run(setup, seconds, Params(mode=spec.mode))
     return {
         "scene": spec.scene,

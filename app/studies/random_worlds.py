@@ -5,7 +5,7 @@ same seed gives the same world to each controller. Why a touch was not avoided i
 rules (`app.judge.blame`), in the same way of every controller. Beside them stands the oracle,
 our controller that perceives the truth (`app.studies.oracle`): what it touches as well is
 nobody's fault. The rest is ours: perception's, where the touched link's distance was not known
-half a second ahead; control's, where it was.
+half a second ahead, or where a phantom was fled from; control's otherwise.
 """
 
 from collections import Counter
@@ -17,7 +17,7 @@ import numpy as np
 
 from app.config import Params
 from app.control.registry import taking_part
-from app.judge.blame import Cause
+from app.judge.blame import TRUE, Cause
 from app.judge.contact import INTO
 from app.report import Check, Report
 from app.studies.pool import each, shard_of
@@ -38,21 +38,23 @@ def random_worlds(
     log: Path | None = None,
     jobs: int = 1,
     shard: str = "1/1",
+    world: str = "honest",
     rate: float = 125.0,
 ) -> Report:
     """`worlds` worlds for `seconds` each, under every controller and the oracle.
 
     log:   a file of trials; those in it are not run again, and each new one is added to it.
     shard: 'I/N': only every N-th world from the I-th on.
+    world: error budget of the simulation.
     """
-    done = TrialLog(log, {"seconds": seconds, "rate": rate})
+    done = TrialLog(log, {"seconds": seconds, "rate": rate, "world": world})
     modes = [*(kind.name for kind in taking_part("worlds")), ORACLE]
     seeds = shard_of(range(seed, seed + worlds), shard)
     wanted = [(i, mode) for i in seeds for mode in modes]
-    missing = [TrialSpec(*key, seconds, rate) for key in done.missing(wanted)]
+    missing = [TrialSpec(*key, seconds, rate, world) for key in done.missing(wanted)]
     if jobs > 1 and missing:
         for mode in modes:  # every kernel is compiled once, before there are several processes
-            run_spec(TrialSpec(seed, mode, WARM, rate))
+            run_spec(TrialSpec(seed, mode, WARM, rate, world))
     for trial in each(run_spec, missing, jobs):
         done.add(trial)
     trials = [done.done[key] for key in wanted]
@@ -88,11 +90,13 @@ def split(mode: str, trials: Sequence[Trial]) -> dict[str, Any]:
     touched = {t.seed: t.touch for t in trials if t.mode == mode and t.touch}
     ours = [touch for seed, touch in touched.items() if seed in spared]
     unseen = sum(touch["cause"] == Cause.NOT_SEEN for touch in ours)
+    fled = sum(touch["cause"] != Cause.NOT_SEEN and touch["phantom_m"] > TRUE for touch in ours)
     return {
         "name": f"{mode} beside the {ORACLE}",
         "nobody": len(touched) - len(ours),
-        "perception": unseen,
-        "control": len(ours) - unseen,
+        "perception_unseen": unseen,
+        "perception_phantom": fled,
+        "control": len(ours) - unseen - fled,
     }
 
 

@@ -29,7 +29,7 @@ class Trial:
 class TrialLog:
     """Appends each trial as it is done, and knows those of the same settings done before."""
 
-    def __init__(self, path: Path | None, settings: dict[str, float]) -> None:
+    def __init__(self, path: Path | None, settings: dict[str, float | str]) -> None:
         """Only in the memory without a `path`; ConfigError for a file that is no such log."""
         self._path, self._settings = path, settings
         self.done: dict[tuple[int, str], Trial] = {}

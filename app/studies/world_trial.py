@@ -19,10 +19,12 @@ from app.judge.least import LeastDistance
 from app.judge.run import JUDGED_EVERY
 from app.judge.truth import TrueDistance
 from app.messages import Array, Goal, Mode, Snapshot
+from app.plant.simulated import SimulatedPlant
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.runtime import Engine
+from app.sensing.budget import IDEAL, read_budget
 from app.sensing.simulated import SimulatedSkin
 from app.studies.oracle import TruePerception
 from app.studies.random_scene import random_goal, random_world
@@ -36,12 +38,16 @@ NEW_GOAL = 4.0  # [s] between goals
 
 
 class TrialSpec(NamedTuple):
-    """mode: a controller's name, or `ORACLE`.   seconds: at most.   rate: [Hz] of its ticks."""
+    """mode: a controller's name, or `ORACLE`.   seconds: at most.   rate: [Hz] of its ticks.
+
+    world: error budget of the simulation, drawn with the seed; see `app.sensing.budget`.
+    """
 
     seed: int
     mode: str
     seconds: float = 10.0
     rate: float = 125.0
+    world: str = "honest"
 
 
 class Stage(NamedTuple):
@@ -49,7 +55,7 @@ class Stage(NamedTuple):
 
     robot: Robot
     skin: Skin
-    truth: TrueDistance
+    truth: TrueDistance  # of the robot as it is believed to be
 
 
 @cache
@@ -75,7 +81,7 @@ def run_trial(stage: Stage, spec: TrialSpec, params: Params | None = None) -> Tr
     goals = [random_goal(robot, rng) for _ in range(int(spec.seconds / NEW_GOAL) + 2)]
     engine = _engine(stage, spec, world, goals[0], params)
     trial = Trial(spec.seed, spec.mode)
-    watch = _Watch(trial, stage, world, spec.rate, engine.brain.params.joint_speed)
+    watch = _Watch(trial, engine, truth, spec.rate)
     later = deque((turn * NEW_GOAL, goal) for turn, goal in enumerate(goals[1:], start=1))
     try:
         while trial.touch is None:
@@ -99,19 +105,33 @@ def _engine(
     chosen = replace(params or Params(memory=kind_of(mode).memory[0]), mode=mode)
     perception = TruePerception(robot, skin, world) if spec.mode == ORACLE else None
     start = Start(params=chosen, goal=goal, perception=perception)
-    source, arm = SimulatedSkin(robot, skin, world, spec.seed), SimulatedArm(robot)
+    budget = read_budget(spec.world)
+    if spec.mode == ORACLE:  # what its sensors say is nothing to it, as long as they speak
+        budget = replace(
+            IDEAL, encoders=budget.encoders, kinematics=budget.kinematics, body=budget.body
+        )
+    source = SimulatedSkin(robot, skin, world, spec.seed, budget=budget)
+    arm = SimulatedArm(robot, noise=source.truth.encoders, seed=spec.seed)
     return assemble(robot, skin, arm, source, world, ManualClock(), start, spec.rate)
 
 
 class _Watch:
-    def __init__(self, trial: Trial, stage: Stage, world: World, rate: float, speed: float) -> None:
-        self._trial, self._robot, self._truth = trial, stage.robot, stage.truth
-        self._moving = np.flatnonzero(self._robot.supports.any(axis=1))
-        self._previous: Array = np.zeros(self._robot.n)
+    """The judge of one trial: it looks at the plant, where everything is as it is."""
+
+    def __init__(self, trial: Trial, engine: Engine, truth: TrueDistance, rate: float) -> None:
+        plant = engine.plant
+        assert isinstance(plant, SimulatedPlant)
+        self._plant, robot, believed = plant, plant.robot, engine.robot
+        if robot.bodies is not believed.bodies:
+            truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
+        self._trial, self._robot, self._truth = trial, robot, truth
+        self._moving = np.flatnonzero(robot.supports.any(axis=1))
+        self._previous: Array = np.zeros(robot.n)
         self._period, self._judged = 1.0 / rate, -np.inf
-        self._shapes = world.shapes()
-        self._least = LeastDistance(self._truth, self._robot, self._moving, world)
-        self._judgement = Judgement(self._robot, self._truth, self._shapes, speed)
+        self._shapes = plant.world.shapes()
+        self._least = LeastDistance(truth, robot, self._moving, plant.world)
+        speed = engine.brain.params.joint_speed
+        self._judgement = Judgement(robot, truth, self._shapes, speed)
         self._past: deque[Moment] = deque()
 
     def update(self, s: Snapshot) -> None:
@@ -129,11 +149,11 @@ class _Watch:
         if s.stamp < self._judged + JUDGED_EVERY:
             return
         self._judged = s.stamp
-        seen = seen_distances(s.body, len(robot.links))
-        self._past.append(Moment(s.stamp, s.joints.q, s.T_base_link, s.world, seen))
+        seen, T = seen_distances(s.body, len(robot.links)), self._plant.true_poses()
+        self._past.append(Moment(s.stamp, s.joints.q, T, s.world, seen))
         while self._past[0].stamp <= s.stamp - AHEAD:
             self._past.popleft()
-        t.least = self._least.update(s.T_base_link, s.world)
+        t.least = self._least.update(T, s.world)
         if t.least <= 0.0:
             t.touch = self._touch(s)
 
@@ -148,6 +168,7 @@ class _Watch:
             "link": self._robot.links[pair.link],
             "body": pair.body,
             "believed_m": float(now.seen[pair.link]),
+            "phantom_m": self._judgement.phantom(tuple(self._past)),
             "own_mps": speed_towards(self._robot, now.q, s.joints.qd, pair),
             "slack_mps": s.command.slack,
             "arm_rad_s": float(np.abs(s.joints.qd).max()),

@@ -30,13 +30,17 @@ PALETTE: tuple[Colour, ...] = (  # of added bodies; the muted set of P. Tol's co
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A thing of the world: how it looks and how it moves. A movable one may be dragged."""
+    """A thing of the world: how it looks and how it moves. A movable one may be dragged.
+
+    reflectance: of its surface, 0 to 1; None: drawn by those who see it.
+    """
 
     name: str
     shape: Shape
     colour: Colour
     motion: Motion
     movable: bool = True
+    reflectance: float | None = None
 
 
 class World:
@@ -52,7 +56,8 @@ class World:
             if body.name in self._bodies:
                 raise WorldError(f"two bodies are called {body.name!r}; rename one")
             self._put(body)
-        self._cell = _merged([b for b in self._bodies.values() if _fixed(b)])
+        fixed = [b for b in self._bodies.values() if _fixed(b)]
+        self._cell, self._cell_of = _merged(fixed), [(b.name, len(b.shape.faces)) for b in fixed]
         self._arrange()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -123,8 +128,14 @@ class World:
         """The shape of every body by name, in the order of `poses`."""
         return {name: body.shape for name, body in self._bodies.items()}
 
+    @property
+    def bodies(self) -> tuple[Body, ...]:
+        """All of them, in the order of `poses`; the same tuple while they are the same."""
+        return self._all
+
     def end_rays(self, beams: Beams, hits: Hits) -> None:
-        """End rays where they first hit a body; those get the label WORLD."""
+        """End rays where they first hit a body; those get the label WORLD, and its place among
+        `bodies`."""
         blind = np.zeros((len(beams.origin), len(self._hit)), dtype=np.bool_)
         self._solids.end_rays(self._poses()[self._hit], beams, blind, hits)
 
@@ -148,16 +159,21 @@ class World:
     def _arrange(self, edit: Edit | None = None) -> None:
         """Line up what poses and casts need, after the bodies have changed, and tell of it."""
         bodies = list(self._bodies.values())
+        self._all = tuple(bodies)
         self._T = np.array([*(b.motion.pose(self.time) for b in bodies), np.eye(4)])
         self._moving = [(i, b.motion) for i, b in enumerate(bodies) if not _stands(b)]
         self._behind = False
         hit = [i for i, b in enumerate(bodies) if not _fixed(b)]
         meshes = [bodies[i].shape.hit for i in hit]
+        owner = [np.array([i], dtype=np.int16) for i in hit]
         if self._cell is not None:
             hit.append(len(bodies))
             meshes.append(self._cell)
+            place = {name: i for i, name in enumerate(self._bodies)}
+            parts = [np.full(faces, place[name], np.int16) for name, faces in self._cell_of]
+            owner.append(np.concatenate(parts))
         self._hit = np.array(hit, dtype=np.int64)
-        self._solids = Solids(meshes, np.full(len(hit), WORLD, dtype=np.int16))
+        self._solids = Solids(meshes, np.full(len(hit), WORLD, dtype=np.int16), owner)
         if edit is not None:
             for told in self._followers:
                 told(edit)

@@ -1,7 +1,9 @@
 """Other controllers on the same pairs, where their packages can be imported.
 
-They are given what our own are given: a posture, a goal, and for each pair its distance and
-the row of its jacobian, so that only the step from pairs to velocity is compared.
+They are given what our own are given: joint positions, a goal, and for each pair its distance
+and the row of its jacobian. Everyone finds the arm's kinematics inside of the clock, and solves
+with the fastest solver that it can be given: pink and mink with daqp, as we do (pink with proxqp
+takes longer).
 """
 
 from collections.abc import Callable
@@ -68,7 +70,7 @@ def _pink(robot: Robot, k: int) -> Step:
         task.set_target(target)
         with suppress(pink.exceptions.NoSolutionFound):  # it has no slack
             pink.solve_ik(
-                configuration, [task], DT, solver="proxqp", limits=bounds, barriers=[keep],
+                configuration, [task], DT, solver="daqp", limits=bounds, barriers=[keep],
                 safety_break=False,
             )  # fmt: skip
             return True

@@ -30,13 +30,14 @@ def neo_step(robot: Robot, k: int) -> Callable[[Any], bool]:
     most = np.concatenate((robot.qd_max, np.full(6, LONGEST)))
 
     def step(c: Any) -> bool:
-        J, q = c.posture.tool_jacobian(), c.posture.q
-        T, goal = c.posture.T_base_tool, c.goal.T_base_tool
+        posture = robot.posture(c.posture.q)  # its own kinematics, inside of the clock
+        J, q = posture.tool_jacobian(), posture.q
+        T, goal = posture.T_base_tool, c.goal.T_base_tool
         t = goal_twist(T, goal, params.goal_speed, params.goal_turning)
         e = max(sum(goal_error(T, goal)), 1e-3)
         Q = np.diag(np.concatenate((np.full(n, LAMBDA_Q), np.full(6, 1.0 / e))))
-        g = np.concatenate((-manipulability_gradient(c.posture, manipulability(J)), np.zeros(6)))
-        rows = c.posture.distance_rows(c.pairs.link, c.pairs.on_robot, c.pairs.normal)
+        g = np.concatenate((-manipulability_gradient(posture, manipulability(J)), np.zeros(6)))
+        rows = posture.distance_rows(c.pairs.link, c.pairs.on_robot, c.pairs.normal)
         near = c.pairs.distance < params.avoidance_begins
         free = gamma(params) * (c.pairs.distance - params.distance_kept)
         room = np.concatenate((robot.q_max - q, q - robot.q_min))

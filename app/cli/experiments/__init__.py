@@ -5,8 +5,10 @@ from typing import Annotated
 
 import tyro
 
+from app.cli.experiments.faults import Faults
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.panels import Panels
+from app.cli.experiments.ranges import Ranges
 from app.cli.experiments.tradeoff import Tradeoff
 from app.cli.experiments.worlds import Worlds
 
@@ -18,7 +20,9 @@ class Experiment:
     what: tyro.conf.OmitArgPrefixes[
         Annotated[Worlds, tyro.conf.subcommand("worlds", prefix_name=False)]
         | Annotated[Mounts, tyro.conf.subcommand("mounts", prefix_name=False)]
+        | Annotated[Faults, tyro.conf.subcommand("faults", prefix_name=False)]
         | Annotated[Panels, tyro.conf.subcommand("panels", prefix_name=False)]
+        | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]
         | Annotated[Tradeoff, tyro.conf.subcommand("tradeoff", prefix_name=False)]
     ]
 

@@ -18,6 +18,8 @@ class Panels:
     """Seed of the first run."""
     jobs: int = 1
     """Number of processes."""
+    world: str = "honest"
+    """Error budget of the simulation: honest or ideal, and single parts: honest,mounting=0."""
     json: bool = False
     """Print one JSON object."""
 
@@ -28,5 +30,5 @@ class Panels:
     def __call__(self) -> None:
         from app.studies.panels import panels
 
-        report = panels(self.seeds, self.seconds, self.seed, jobs=self.jobs)
+        report = panels(self.seeds, self.seconds, self.seed, jobs=self.jobs, world=self.world)
         print(report.to_json() if self.json else report.to_text())

@@ -15,17 +15,23 @@ class Tradeoff:
     cell_seconds: float = 40.0
     """Length of the runs beside the person [s]."""
     seeds: int = 3
-    """Number of runs of each point beside the person, each with its own seed."""
+    """Number of runs of each point, each with its own seed."""
     seed: int = 0
     """Seed of the noise and of the people's habits."""
+    jobs: int = 1
+    """Number of processes."""
+    world: str = "honest"
+    """Error budget of the simulation: honest or ideal, and single parts: honest,mounting=0."""
     plot: Path | None = None
     """Also draw the points into this PNG or SVG file."""
     json: bool = False
     """Print one JSON object."""
 
     def __post_init__(self) -> None:
-        if self.seeds < 1 or not (0.0 < self.seconds < 1e6 and 0.0 < self.cell_seconds < 1e6):
-            raise ConfigError("seeds, seconds and cell-seconds must be positive")
+        if min(self.seeds, self.jobs) < 1 or not (
+            0.0 < self.seconds < 1e6 and 0.0 < self.cell_seconds < 1e6
+        ):
+            raise ConfigError("seeds, jobs, seconds and cell-seconds must be positive")
         if self.plot is not None:
             from app.plot import check_plot
 
@@ -35,8 +41,9 @@ class Tradeoff:
         from app.studies.tradeoff import tradeoff
 
         report = tradeoff(
-            seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed, seeds=self.seeds
-        )
+            seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed, seeds=self.seeds,
+            jobs=self.jobs, world=self.world,
+        )  # fmt: skip
         if self.plot is not None:
             from app.plot import plot_tradeoff
 

@@ -23,6 +23,8 @@ class Worlds:
     log: Path | None = None
     """A file that each run is added to; what is in it already is not run again. Files of shards
     can be joined with cat."""
+    world: str = "honest"
+    """Error budget of the simulation: honest or ideal, and single parts: honest,mounting=0."""
     json: bool = False
     """Print one JSON object."""
 
@@ -34,6 +36,7 @@ class Worlds:
         from app.studies.random_worlds import random_worlds
 
         report = random_worlds(
-            self.worlds, self.seconds, self.seed, log=self.log, jobs=self.jobs, shard=self.shard
-        )
+            self.worlds, self.seconds, self.seed, log=self.log, jobs=self.jobs, shard=self.shard,
+            world=self.world,
+        )  # fmt: skip
         print(report.to_json() if self.json else report.to_text())
