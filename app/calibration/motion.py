@@ -40,7 +40,9 @@ class Drive:
         self._recorder = Recorder(robot, skin)
         self._ticker = Ticker(clock, 1.0 / RATE)
 
-    def run(self, plan: Plan, rest: float, progress: Progress, moves: Moves = unheeded) -> Recording:
+    def run(
+        self, plan: Plan, rest: float, progress: Progress, moves: Moves = unheeded
+    ) -> Recording:
         """Visit every posture, `rest` [s] in each.
 
         Raises FlinchError, and the arm brakes, when it or the skin reports a fault.

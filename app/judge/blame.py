@@ -79,13 +79,22 @@ class Judgement:
         free = [self._free(a, b, link, body) for a, b in pairwise(past)] or [False]
         return Blame(cause(seen[0], free[0]), cause(all(seen), all(free)))
 
+    def phantom(self, past: Sequence[Moment]) -> float:
+        """[m] by how much something was believed to be nearer to a moving link than anything
+        was, at most; an arm that flees from a phantom may run into a thing."""
+        links = np.flatnonzero(self._robot.supports.any(axis=1))
+        return max(self._true(m, int(i)) - float(m.seen[i]) for m in past for i in links)
+
     def _seen(self, m: Moment, link: int) -> bool:
+        return float(m.seen[link]) - self._true(m, link) <= TRUE
+
+    def _true(self, m: Moment, link: int) -> float:
+        """[m] true distance of a link."""
         T = m.T_base_link[link]
-        true = min(
+        return min(
             self._truth.pair(link, T, self._shapes[b.view.name], b.T_base_body, np.inf)
             for b in m.bodies
         )
-        return float(m.seen[link]) - true <= TRUE
 
     def _pairs_of(self, m: Moment, link: int) -> list[TruePair]:
         """The pairs of one link with every body."""

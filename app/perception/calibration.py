@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array
-from app.perception.casting import SIGMAS
+from app.perception.uncertainty import SIGMAS
 
 QUANTILE = 0.9997  # of the self returns that stay within the threshold
 LEAST = 200  # returns that a link's suggestion needs

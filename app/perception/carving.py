@@ -28,6 +28,7 @@ class Eyes(NamedTuple):
     turn:  (K, 2, 2) from the image plane to (column, row) in the order of the zones.
     depth: (S,) depth along the axis per reported distance.   noise: (K, 2), see `Traits`.
     box:   (2, L, 3) [m] low and high corners of the links' boxes, link frame.
+    aside: (K,) [rad] from a zone's middle to the farthest that it may look.
     """
 
     mount: NDArray[np.int64]
@@ -39,6 +40,17 @@ class Eyes(NamedTuple):
     depth: Array
     box: Array
     noise: Array
+    aside: Array
+
+
+class Seen(NamedTuple):
+    """The parts of an `app.messages.Cloud` that a memory is made of."""
+
+    points: Array
+    verdict: NDArray[np.uint8]
+    gap: Array
+    eps: Array
+    stamp: Array
 
 
 class Sight(NamedTuple):
@@ -59,19 +71,18 @@ class Sight(NamedTuple):
 @compiled
 def what_is_free(
     k: int,
-    points: Array,
-    verdict: NDArray[np.uint8],
-    gap: Array,
+    seen: Seen,
     T_sensor_base: Array,
     eyes: Eyes,
 ) -> Sight:
-    """What the frame of sensor k says; points (S, 3), verdict and gap (S,) are a cloud's.
+    """What the frame of sensor k says.
 
     Clear is it up to the nearest echo of a zone and its eight neighbours: zones at an edge see
     both sides of it.
     """
     first, rows, columns = eyes.first[k], eyes.grid[k, 0], eyes.grid[k, 1]
     n, T, floor, share = rows * columns, T_sensor_base, eyes.noise[k, 0], eyes.noise[k, 1]
+    points, verdict, gap = seen.points, seen.verdict, seen.gap
     sight = Sight(np.empty(n), np.empty(n), np.empty(n), np.empty(n, dtype=np.bool_))
     for zone in range(n):
         slot = first + zone

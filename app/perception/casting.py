@@ -14,15 +14,15 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.footprint import Fan
-from app.perception.uncertainty import SIGMAS, Known, spread, threshold
-from app.robot.traits import noise_of
+from app.perception.uncertainty import WIDEST, Known, spread, threshold
 
 NEAR = 0.015  # [m] rays start here: before it is the sensor's own window, after it what it measures
 SLACK = 1e-4  # [m] boxes are this much larger, so that float32 never culls a hit
 # [m] behind where a ray meets it, the body may still be seen: its surface recedes towards its
 # outline, between two rays, by as much as a limb is thick; and two parts of it within a pulse, a
 # quarter of the 0.6 m at which the maker tells two targets apart, are reported somewhere between
-DEPTH = 0.15
+DEPTH = 0.2
+LONGEST = 2.0  # metres of a ray per depth, at most: a zone 60 degrees off the axis
 KEPT = int(Verdict.KEPT)
 
 
@@ -181,16 +181,17 @@ def first_look(
                 continue
             R, lens, w = views.R_link_mount[link, k], views.lens[link, k], views.twist[link, k]
             low, high = hulls.low[link], hulls.high[link]
+            turning = LONGEST * np.sqrt(w[3] ** 2 + w[4] ** 2 + w[5] ** 2)
+            along, across = _speeds(w, lens, fan.axis[k])
+            speed = np.hypot(along, across)  # of the link at the lens
             for zone in range(fan.first[k], fan.first[k + 1]):
-                z, c = reported[zone], fan.centre[zone]
+                z, c = max(reported[zone], 0.01), fan.centre[zone]
                 for i in range(3):
                     u[i] = R[i, 0] * c[0] + R[i, 1] * c[1] + R[i, 2] * c[2]
-                    p[i] = lens[i] + z * fan.depth[zone] * u[i]
-                along, across = _speeds(w, p, u)
-                wide = max(aims.spread[zone], spread(known, k, z, across))
-                eps = max(aims.eps[zone], threshold(known, k, z, along))
-                noise = SIGMAS * noise_of(known.noise[k, 0], known.noise[k, 1], z)
-                limit, aside = max(eps, hulls.slack[0] + noise), fan.width[k] * wide
+                late = known.time[k] * (speed + turning * z)  # at most
+                limit = hulls.slack[0] + aims.eps[zone] + known.sigmas[0] * late
+                wide = aims.spread[zone] + known.sigmas[1] * late / (known.half[k] * z)
+                aside = fan.width[k] * min(wide, WIDEST)
                 begin = fan.depth[zone] * (1.0 - aside) * max(z - limit - DEPTH, 0.0)
                 end = fan.depth[zone] * (1.0 + aside) * (z + limit)
                 margin = aside * end
@@ -198,10 +199,13 @@ def first_look(
                     step = u[i] if abs(u[i]) > 1e-30 else 1e-30
                     t, s = (low[i] - margin - lens[i]) / step, (high[i] + margin - lens[i]) / step
                     begin, end = max(begin, min(t, s)), min(end, max(t, s))
-                inside = begin <= end
-                if inside:
+                if begin <= end:
                     aims.rays[zone] = fan.looks[k, 0]
-                    aims.spread[zone], aims.eps[zone] = wide, eps
+                    for i in range(3):
+                        p[i] = lens[i] + z * fan.depth[zone] * u[i]
+                    along, across = _speeds(w, p, u)
+                    aims.spread[zone] = max(aims.spread[zone], spread(known, k, z, across))
+                    aims.eps[zone] = max(aims.eps[zone], threshold(known, k, z, along))
 
 
 @compiled
@@ -216,9 +220,7 @@ def _speeds(twist: Array, p: Array, u: Array) -> tuple[float, float]:
 
 
 @compiled
-def second_look(
-    sensors: NDArray[np.intp], verdict: NDArray[np.uint8], fan: Fan, aims: Aims
-) -> int:
+def second_look(sensors: NDArray[np.intp], verdict: NDArray[np.uint8], fan: Fan, aims: Aims) -> int:
     """Let the rays between them stand for the zones whose verdict (S,) is KEPT though a first look
     was had at them; the others get none. Returns how many zones have more rays."""
     more = 0

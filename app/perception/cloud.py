@@ -95,7 +95,7 @@ class SkinCloud:
         place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
-        self._ghosts.mark_ghosts(sensors, reports.distance, judged.verdict, judged.gap, rules)
+        self._ghosts.mark_ghosts(sensors, reports.distance, judged, rules)
         if rules.feels_contact:
             self._contacts.mark(
                 sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points

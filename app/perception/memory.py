@@ -6,8 +6,11 @@ frame, until a ray passes through them, the arm has been there itself, or their 
 moving things 0.7 s, things seen often at one place 30 s, undecided ones 3 s from when they were
 last seen, if a sensor has looked at their place since, and 30 s if none has: unseen is not gone.
 What a carved voxel was part of has probably left with it, so its undecided neighbourhood counts
-as moving. What was only ever seen right before the arm's own body may be that body, and nothing
-looks again at where it was: it lives 3 s.
+as moving.
+
+A place that may be the arm's own body is never remembered, since the arm leaves it and no sensor
+may look at it again: a point nearer to a link than the self filter's threshold and as far as the
+zone may look aside only renews what was seen there before.
 
 A zone carves up to its own depth and its neighbours' less 8 cm (edges mix depths); one that
 saw the robot up to the robot; one without an echo, which dark clothing also gives, up to 0.5 m
@@ -23,7 +26,7 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array, Cloud
 from app.perception import voxels as grid
-from app.perception.carving import KEPT, Eyes, carve, what_is_free
+from app.perception.carving import KEPT, SIGMAS, Eyes, Seen, carve, what_is_free
 from app.perception.voxels import MOVING, STATIC, UNDECIDED
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -32,7 +35,6 @@ from app.robot.skin import Skin
 CAPACITY = 20_000  # voxels; the oldest make room
 RECENT = 0.3  # [s] what moves is marked if it was seen within
 REACH = 0.7  # [m] around the links' boxes: a controller looks no farther
-APART = 0.06  # [m] from the links' boxes: twice the self filter's least threshold before a body
 PARTS = 8  # ticks in which all voxels are reviewed once
 
 
@@ -51,6 +53,7 @@ class Memory:
             depth=skin.depth,
             box=np.array(corners).swapaxes(0, 1).copy(),
             noise=skin.traits.noise,
+            aside=_aside(skin),
         )
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0
@@ -81,9 +84,12 @@ class Memory:
     def update(self, cloud: Cloud, sensors: NDArray[np.intp], posture: Posture) -> None:
         """Take in the newest frames of `sensors` (m,), which were measured at `posture`."""
         _update(
-            self._voxels, self._eyes, sensors, posture.T_base_link,
-            cloud.points, cloud.verdict, cloud.gap, cloud.stamp,
-        )  # fmt: skip
+            self._voxels,
+            self._eyes,
+            sensors,
+            posture.T_base_link,
+            Seen(cloud.points, cloud.verdict, cloud.gap, cloud.eps, cloud.stamp),
+        )
 
     def age(self, now: float, posture: Posture) -> None:
         """Let die what is too old at `now` [s]; an eighth of the voxels is looked at each time."""
@@ -118,26 +124,26 @@ def _turn(rotation_deg: int, mirrored: bool) -> Array:
     return np.array([[side * c, side * s], [-s, c]])
 
 
+def _aside(skin: Skin) -> Array:
+    """(K,) [rad] from a zone's middle to the farthest that it may look: half its diagonal, and as
+    much as its mounting is in doubt."""
+    diagonal = np.array([np.hypot(*s.type.pitch) for s in skin.sensors])
+    return np.asarray(diagonal / 2.0 + SIGMAS * skin.doubt.angle)
+
+
 @compiled
 def _update(
     v: grid.Voxels,
     eyes: Eyes,
     sensors: NDArray[np.int64],
     T_base_link: Array,
-    points: Array,
-    verdict: NDArray[np.uint8],
-    gap: Array,
-    stamp: Array,
+    seen: Seen,
 ) -> None:
-    """points (S, 3), verdict, gap (S,) and stamp (K,) are a cloud's."""
+    """Insert what the newest frames of `sensors` (m,) saw, and carve what they saw through."""
     T_sensor_base = np.eye(4)
     for k in sensors:
         first, last = eyes.first[k], eyes.first[k + 1]
-        seen = points[first:last]
-        use, apart = verdict[first:last] == KEPT, np.zeros(last - first, dtype=np.bool_)
-        for zone in range(last - first):
-            apart[zone] = use[zone] and grid.is_apart(seen[zone], T_base_link, eyes.box, APART)
-        grid.insert(v, seen, use, apart, stamp[k])
+        points = seen.points[first:last]
         A, B = T_base_link[eyes.mount[k]], eyes.T_link_sensor[k]
         for i in range(3):
             T_sensor_base[i, 3] = 0.0
@@ -145,5 +151,22 @@ def _update(
                 T_sensor_base[i, j] = A[j, 0] * B[0, i] + A[j, 1] * B[1, i] + A[j, 2] * B[2, i]
                 at = A[j, 0] * B[0, 3] + A[j, 1] * B[1, 3] + A[j, 2] * B[2, 3] + A[j, 3]
                 T_sensor_base[i, 3] -= T_sensor_base[i, j] * at
-        sight = what_is_free(k, points, verdict, gap, T_sensor_base, eyes)
-        carve(v, k, stamp[k], T_sensor_base, eyes, sight)
+        use, sure = seen.verdict[first:last] == KEPT, np.zeros(last - first, dtype=np.bool_)
+        for zone in range(last - first):
+            if use[zone]:
+                away = _distance(T_sensor_base, points[zone])
+                margin = seen.eps[first + zone] + eyes.aside[k] * away
+                sure[zone] = grid.is_apart(points[zone], T_base_link, eyes.box, margin)
+        grid.insert(v, points, use, sure, seen.stamp[k])
+        sight = what_is_free(k, seen, T_sensor_base, eyes)
+        carve(v, k, seen.stamp[k], T_sensor_base, eyes, sight)
+
+
+@compiled
+def _distance(T: Array, point: Array) -> float:
+    """[m] of a point (3,) from the origin of the frame that T leads to."""
+    square = 0.0
+    for i in range(3):
+        c = T[i, 0] * point[0] + T[i, 1] * point[1] + T[i, 2] * point[2] + T[i, 3]
+        square += c * c
+    return float(np.sqrt(square))

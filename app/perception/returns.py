@@ -9,7 +9,7 @@ A zone whose rays meet the body at distances d_i may see it anywhere from the ne
 where nothing can be seen. eps follows from what is known of the sensor (see
 `app.perception.uncertainty`), or from what was measured of the link:
 
-    eps = max(CALIBRATED, measured + SIGMAS * noise(reported))
+    eps = max(CALIBRATED, measured + sigmas * noise(reported))
 """
 
 from typing import NamedTuple
@@ -21,7 +21,7 @@ from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.casting import Aims, Casts, Hulls
 from app.perception.footprint import Fan
-from app.perception.uncertainty import SIGMAS, Known
+from app.perception.uncertainty import Known
 from app.robot.traits import noise_of, pulse_of
 
 KEPT, SELF, BEHIND = int(Verdict.KEPT), int(Verdict.SELF), int(Verdict.BEHIND)
@@ -119,7 +119,7 @@ def explain_returns(
             gap, link, across = _nearest(rays, z, depth, least, more, returns, zone)
             eps = judged.aims.eps[zone]
             if link >= 0 and not np.isnan(hulls.measured[link, across]):
-                noise = SIGMAS * noise_of(floor, share, z)
+                noise = known.sigmas[0] * noise_of(floor, share, z)
                 eps = max(CALIBRATED, hulls.measured[link, across] + noise)
             judged.gap[zone], judged.link[zone] = gap, link
             judged.eps[zone], judged.edge[zone] = eps, across == 1

@@ -61,11 +61,15 @@ def no_judgement(slots: int) -> Judgement:
 
 
 class SelfFilter:
-    """Judges the zones of some sensors at one posture; everything constant is kept."""
+    """Judges the zones of some sensors at one posture; everything constant is kept.
 
-    def __init__(self, robot: Robot, skin: Skin) -> None:
+    caution: times the margins that follow from what is known of the skin.
+    """
+
+    def __init__(self, robot: Robot, skin: Skin, caution: float = 1.0) -> None:
+        self.depth=DEPTH
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
-        self._hulls, self._fan, self._known = _hulls(robot), fan_of(skin), known_of(skin)
+        self._hulls, self._fan, self._known = _hulls(robot), fan_of(skin), known_of(skin, caution)
         self._own = _own_returns(robot, self._fan, self._known, self._hulls)
         links, shape = len(self._meshes), self._own.link.shape
         self._returns = Returns(np.empty(shape, np.float32), np.empty(shape, np.int16))
@@ -112,7 +116,7 @@ class SelfFilter:
             first = last
         take_hits(self._known.sensor_of, fan, aims, casts, self._returns)
         explain_returns(
-            sensors, reported, DEPTH if rules.footprint else 0.0, rules.two_sided,
+            sensors, reported, self.depth if rules.footprint else 0.0, rules.two_sided,
             self._known, self._hulls, self._returns, judged,
         )  # fmt: skip
 

@@ -33,10 +33,10 @@ from app.robot.traits import noise_of
 FRAME_ANGLE = 9e-4
 # [m] links against their meshes (1 to 2 mm) and joints' frames against the nominal ones (0.5 mm)
 BODY = 2.5e-3
-SIGMAS = 3.0  # along a ray: 99.7 % of a normal distribution
-ASIDE = 2.0  # sigmas across a ray: `flinch experiment frontier` shows what more would cost
+# sigmas along a ray and across it; `flinch experiment frontier` shows what more would cost, and what
+# noise carries beyond them for one frame waits for a second (see `app.perception.ghosts`)
+SIGMAS, ASIDE = 2.5, 1.5
 WIDEST = 2.5  # half widths of a zone; a lens at its own body would have all around it excused
-CORRECTED = 0.3  # of a zone's constant error is left by a table of ranges
 
 
 class Known(NamedTuple):
@@ -48,6 +48,7 @@ class Known(NamedTuple):
     half: (K,) [rad] half of a zone's smaller width.
     position, angle, share, time: (K,), see `app.robot.doubt.Doubt`.
     joint: (1,) [rad] encoders and frames together.
+    sigmas: (2,) that are allowed for along a ray and across it.
     """
 
     sensor_of: NDArray[np.int64]
@@ -62,25 +63,26 @@ class Known(NamedTuple):
     share: Array
     time: Array
     joint: Array
+    sigmas: Array
 
 
-def known_of(skin: Skin) -> Known:
-    """What a skin says of itself."""
+def known_of(skin: Skin, caution: float = 1.0) -> Known:
+    """What a skin says of itself; caution: times the sigmas that are allowed for."""
     d, errors = skin.doubt, [s.type.error for s in skin.sensors]
-    left = 1.0 if skin.ranges is None else CORRECTED
     return Known(
         sensor_of=skin.sensor_of.astype(np.int64),
         link=skin.link.astype(np.int64),
         origin=skin.origin,
         noise=skin.traits.noise,
         pulse=skin.traits.pulse,
-        near=np.array([(left * e.near_offset_m, e.near_offset_below_m) for e in errors]),
+        near=np.array([(e.near_offset_m, e.near_offset_below_m) for e in errors]),
         half=np.array([min(s.type.pitch) / 2.0 for s in skin.sensors]),
         position=d.position,
         angle=d.angle,
-        share=left * d.share,
+        share=d.share,
         time=d.time,
         joint=np.array([np.hypot(d.joint, FRAME_ANGLE)]),
+        sigmas=caution * np.array([SIGMAS, ASIDE]),
     )
 
 
@@ -171,7 +173,7 @@ def threshold(known: Known, k: int, distance: float, speed: float) -> float:
     variance = range_variance(known.noise[k, 0], known.noise[k, 1], known.share[k], distance)
     variance += known.position[k] ** 2 + BODY * BODY + (known.time[k] * speed) ** 2
     near = known.near[k, 0] * min(max(1.0 - distance / known.near[k, 1], 0.0), 1.0)
-    return near + SIGMAS * np.sqrt(variance)
+    return near + known.sigmas[0] * np.sqrt(variance)
 
 
 @compiled
@@ -180,6 +182,6 @@ def spread(known: Known, k: int, distance: float, speed: float) -> float:
 
     speed: [m/s] of the body across the ray, as sensor k sees it.
     """
-    aside = known.position[k] ** 2 + BODY * BODY + (known.time[k] * speed) ** 2
+    aside = known.position[k] ** 2 + (known.time[k] * speed) ** 2
     angle = np.sqrt(known.angle[k] ** 2 + aside / max(distance, 0.01) ** 2)
-    return min(1.0 + ASIDE * angle / known.half[k], WIDEST)
+    return min(1.0 + known.sigmas[1] * angle / known.half[k], WIDEST)

@@ -25,8 +25,7 @@ FREE = -1
 
 class Voxels(NamedTuple):
     """Rows (N,): point [m] base frame; cell, -1 for a free row; when it was born, last seen and
-    its place last looked at [s]; hits, frames and misses counted; kind; confirmed; apart: seen
-    where the arm itself was not; near the arm.
+    its place last looked at [s]; hits, frames and misses counted; kind; confirmed; near the arm.
     table: (TABLE,) rows. top: (1,) rows ever used.
     """
 
@@ -42,7 +41,6 @@ class Voxels(NamedTuple):
     inside: NDArray[np.int64]
     kind: NDArray[np.uint8]
     confirmed: NDArray[np.bool_]
-    apart: NDArray[np.bool_]
     near: NDArray[np.bool_]
     table: NDArray[np.int64]
     top: NDArray[np.int64]
@@ -64,7 +62,6 @@ def empty(capacity: int) -> Voxels:
         inside=count[4],
         kind=np.zeros(capacity, dtype=np.uint8),
         confirmed=np.zeros(capacity, dtype=bool),
-        apart=np.zeros(capacity, dtype=bool),
         near=np.zeros(capacity, dtype=bool),
         table=np.full(TABLE, FREE, dtype=np.int64),
         top=np.zeros(1, dtype=np.int64),
@@ -90,11 +87,11 @@ def find(v: Voxels, cell: int) -> int:
 
 @compiled
 def insert(
-    v: Voxels, points: Array, use: NDArray[np.bool_], apart: NDArray[np.bool_], now: float
+    v: Voxels, points: Array, use: NDArray[np.bool_], sure: NDArray[np.bool_], now: float
 ) -> None:
     """Take the used `points` (n, 3) of one frame in; a full grid replaces its oldest voxels.
 
-    apart: (n,) the arm itself is not where the point is.
+    sure: (n,) it is not the arm itself; another point only renews what is there already.
     """
     next_free = 0
     for i in range(len(points)):
@@ -108,6 +105,8 @@ def insert(
         )
         cell = cell_of(x, y, z)
         row = find(v, cell)
+        if row < 0 and not sure[i]:
+            continue
         if row < 0:
             while next_free < v.top[0] and v.cell[next_free] >= 0:
                 next_free += 1
@@ -123,7 +122,7 @@ def insert(
             v.point[row] = p
             v.born[row], v.hits[row], v.frames[row] = now, 1, 1
             v.kind[row], v.confirmed[row], v.near[row] = UNDECIDED, False, True
-            v.looked[row], v.apart[row] = -np.inf, False
+            v.looked[row] = -np.inf
             v.strong[row], v.weak[row], v.inside[row] = 0, 0, 0
             h = (cell * 2654435761) & (TABLE - 1)
             while v.table[h] >= 0:
@@ -141,7 +140,6 @@ def insert(
             if v.kind[row] != MOVING and v.confirmed[row] and v.frames[row] >= STATIC_FRAMES:
                 v.kind[row] = STATIC
         v.seen[row] = now
-        v.apart[row] |= apart[i]
         if not v.confirmed[row]:
             _ask_neighbours(v, row, x, y, z, now)
 
@@ -201,12 +199,8 @@ def review(
 
 @compiled
 def _life(v: Voxels, row: int, life: Array) -> float:
-    """[s] that a voxel stays without being seen: what nobody has looked at is not gone.
-
-    But the arm's own body, where it is taken for the world, is a place that it soon leaves and
-    that no sensor may look at again.
-    """
-    if v.kind[row] == UNDECIDED and v.apart[row] and v.looked[row] <= v.seen[row]:
+    """[s] that a voxel stays without being seen: what nobody has looked at is not gone."""
+    if v.kind[row] == UNDECIDED and v.looked[row] <= v.seen[row]:
         return float(life[STATIC])
     return float(life[v.kind[row]])
 

@@ -1,10 +1,10 @@
 """Sensors that fail while the arm works: does it run into anything, and what does it cost?
 
 Experiment X6 of the specification, widened. Half a second after the start some sensors fail, in
-one of the ways of `app.studies.faulty_skin`, or a hand lies on a window from the start. Before the plate it is
-those that look most towards the goal, in the cell any, the same ones and more of them for each
-number. The target is that the arm moves into nothing, and that with one sensor less a laboratory's
-day goes on: most of the work is done that is done with all of them.
+one of the ways of `app.studies.faulty_skin`, or a hand lies on a window from the start. Before the
+plate it is those that look most towards the goal, in the cell any, the same ones and more of them
+for each number. The target is that the arm moves into nothing, and that with one sensor less a
+laboratory's day goes on: most of the work is done that is done with all of them.
 """
 
 import time

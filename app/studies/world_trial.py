@@ -168,6 +168,7 @@ class _Watch:
             "link": self._robot.links[pair.link],
             "body": pair.body,
             "believed_m": float(now.seen[pair.link]),
+            "phantom_m": self._judgement.phantom(tuple(self._past)),
             "own_mps": speed_towards(self._robot, now.q, s.joints.qd, pair),
             "slack_mps": s.command.slack,
             "arm_rad_s": float(np.abs(s.joints.qd).max()),
