@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from app.control.supervisor import Supervisor, speed_share
 from app.control.unseen import NOTHING_UNSEEN, Unseen
-from app.messages import Command, Mode, SensorFrame, Status, Unable, freeze
+from app.messages import Command, Mode, SensorFrame, Status, freeze
 from app.perception.blindness import cones_of
 from app.perception.health import SkinHealth
+from app.perception.unable import Unable
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import Inputs
@@ -28,11 +29,7 @@ SLOWS = 0.4  # of the silence that stops the arm: three frames at 15 Hz of half 
 BLIND_STOP = 0.5  # of what the connected sensors look into: from this share on the arm is blind
 LONGER = 0.1  # [s] a sensor alone may be silent beyond what is borne of all: a frame and its way
 NAMED = 3  # sensors in a sentence; a person looks up the rest on the page
-WHY = {
-    Unable.SILENT: "silent", Unable.FROZEN: "frozen", Unable.BAD_STATUS: "bad statuses",
-    Unable.COVERED: "covered", Unable.DARK: "dark",
-}  # fmt: skip
-WHOLLY = (Unable.SILENT, Unable.FROZEN, Unable.COVERED, Unable.DARK)  # none of their zones tells
+PARTLY = (Unable.SEES, Unable.BAD_STATUS)  # some of their zones tell, or all
 STALL = 0.2  # [s] a tick later than this is a stall of this machine: three frames at 15 Hz
 NOT_SEEN = "waits for the first frames"
 
@@ -141,7 +138,7 @@ class Guard:
             return
         self.unable, self._connected = freeze(unable), connected.copy()
         self._turns, owner = self.health.turns, self._skin.sensor_of
-        lost = self.health.lost | np.isin(unable, WHOLLY)[owner]
+        lost = self.health.lost | ~np.isin(unable, PARTLY)[owner]
         tell = self._cones.blocks(~lost & connected[owner])
         blind = ~tell & connected[self._cones.owner]
         self.blind_share = float(blind.sum() / max(connected[self._cones.owner].sum(), 1))
@@ -150,7 +147,7 @@ class Guard:
     def _listed(self) -> str:
         """The first sensors that cannot tell, by name, and why."""
         blind = np.flatnonzero(self.unable)
-        words = [f"{self._skin.sensors[k].name} ({WHY[Unable(self.unable[k])]})" for k in blind]
+        words = [f"{self._skin.sensors[k].name} ({Unable(self.unable[k]).words})" for k in blind]
         return listed(words)
 
 

@@ -135,9 +135,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     return engine
 
 
-def plant_alone(
-    setup: Setup, robot: Robot, skin: Skin, clock: Clock
-) -> tuple[RealPlant, Source]:
+def plant_alone(setup: Setup, robot: Robot, skin: Skin, clock: Clock) -> tuple[RealPlant, Source]:
     """Arm and sensors without a brain, whoever reads it moves the arm himself; and the sensors."""
     scene = load_scene(find_scene(setup.scene), setup.seed)
     source, world = _source(setup, robot, skin, scene, clock)

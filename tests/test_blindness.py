@@ -9,9 +9,10 @@ from app.config import Params
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.unseen import Unseen, UnseenLimit
-from app.messages import Command, JointState, Mode, Pairs, SensorHealth, Unable
+from app.messages import Command, JointState, Mode, Pairs, SensorHealth
 from app.perception.blindness import BREADTH, cones_of
 from app.perception.health import SkinHealth
+from app.perception.unable import Unable
 from app.robot.skin import build_skin
 from tests.fakes import frame
 from tests.test_brain import Bench
@@ -162,7 +163,7 @@ def test_half_of_the_skin_lost_stops_the_arm_by_name(robot, skin):
     s = bench.run(1.0)
     assert s.status.mode is Mode.STOPPED and s.blind == 0.5
     assert s.status.reason.startswith(
-        "15 of 30 sensors cannot see: ring1-01 (bad statuses), ring1-02 (bad statuses), "
+        "15 of 30 sensors cannot see: ring1-01 (bad status), ring1-02 (bad status), "
     )
 
 
@@ -190,3 +191,29 @@ def test_values_that_stay_are_frozen_only_if_the_sensor_was_moved(robot, skin, m
     assert SensorHealth(health.states(11 / 15)[0]) is SensorHealth.FROZEN
     health.update([frame(0, 12 / 15, 0.9)], 12 / 15, robot.home)
     assert health.unable(12 / 15, 0.6, 0.0)[0] == Unable.SEES
+
+
+def test_the_page_shows_the_cones_that_nobody_watches_and_says_why(robot, skin):
+    from app.timing import ManualClock
+    from app.ui.page import Page
+
+    bench = Bench(robot, skin, rate=125.0)
+    before = bench.run(0.3)
+    bench.eye.muted.update((0, 12))
+    after = bench.run(0.9)
+    page = Page(bench.engine, port=0, clock=ManualClock(0.0))
+    try:
+        page.cones.update(before)
+        page.health.update(before)
+        assert page.cones.cones == [] and "Cannot see" not in page.health.table.content
+        page.cones.update(after)
+        (cones,) = page.cones.cones
+        placed = np.array([s.T_link_sensor[:3, 3] for s in (skin.sensors[0], skin.sensors[12])])
+        assert np.allclose(cones.batched_positions, placed, atol=1e-6)
+        page.cones.update(after)
+        assert page.cones.cones == [cones]  # not sent again while nothing changes
+        page.health.update(after)
+        assert "ring1-01, ring2-03" in page.health.table.content
+        assert "silent" in page.health.table.content
+    finally:
+        page.stop()

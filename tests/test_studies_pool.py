@@ -8,7 +8,7 @@ from app.cli import main
 from app.errors import ConfigError
 from app.studies.bootstrap import bootstrap
 from app.studies.pool import each, shard_of
-from app.studies.random_worlds import split
+from app.studies.random_worlds import random_worlds, split
 from app.studies.trial_log import Trial
 from app.studies.world_trial import ORACLE, TrialSpec, run_spec
 
@@ -34,20 +34,33 @@ def test_a_trial_is_the_same_whatever_was_run_before_it():
     assert run_spec(spec) == before and not before.fault
 
 
+@pytest.mark.slow
+def test_random_worlds_are_the_same_on_two_processes_and_from_a_log(tmp_path):
+    log = tmp_path / "worlds.jsonl"
+    alone, together = random_worlds(2, 0.3), random_worlds(2, 0.3, jobs=2, log=log)
+    assert together.rows == alone.rows and len(log.read_text().splitlines()) == 8
+    assert random_worlds(2, 0.3, log=log).rows == alone.rows
+
+
 def test_a_trial_that_dies_is_a_trial_with_its_cause():
     assert "nobody" in run_spec(TrialSpec(1, "nobody", 0.1)).fault
 
 
 def test_what_the_oracle_touches_as_well_is_nobodys_fault():
-    unseen, seen = {"cause": "not seen"}, {"cause": "no free direction"}
+    unseen, seen, fled = (
+        {"cause": cause, "phantom_m": phantom}
+        for cause, phantom in (("not seen", 0.0), ("avoidable", 0.05), ("avoidable", 0.2))
+    )
     trials = [
         Trial(1, "qp", touch=seen), Trial(1, ORACLE, touch=seen),
         Trial(2, "qp", touch=unseen), Trial(2, ORACLE),
         Trial(3, "qp", touch=seen), Trial(3, ORACLE),
         Trial(4, "qp"), Trial(4, ORACLE, touch=seen),
+        Trial(5, "qp", touch=fled), Trial(5, ORACLE),
     ]  # fmt: skip
     row = split("qp", trials)
-    assert (row["nobody"], row["perception"], row["control"]) == (1, 1, 1)
+    assert (row["nobody"], row["control"]) == (1, 1)
+    assert (row["perception_unseen"], row["perception_phantom"]) == (1, 1)
 
 
 def test_an_interval_holds_its_mean_and_is_narrow_where_all_agree():

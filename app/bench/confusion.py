@@ -2,8 +2,9 @@
 
 Noise limits what any filter can do: whoever removes 99.9 % of the self returns must put the
 threshold 3.1 sigmas before the body, and loses what noise carries beyond it. That bound is
-printed beside the filter's figures. The simulator gives the true depths and the labels alone;
-what is measured of them is made here, by the formulae of its error model.
+printed beside the filter's figures. The simulator gives the true depths and the labels alone,
+by rays and a zone's response that are not the filter's; what is reported of them is the judge's
+(`app.judge.zone_errors`).
 """
 
 from dataclasses import replace
@@ -15,6 +16,7 @@ from numpy.typing import NDArray
 
 from app.bench.spheres import world_of_spheres
 from app.checks.range_calibration import DISTANCES, FRAMES, table_of
+from app.judge.zone_errors import ZoneErrors, deviation
 from app.messages import Array, Verdict
 from app.perception.calibration import suggest
 from app.perception.rules import Rules
@@ -24,12 +26,14 @@ from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.ranges import RangeTable, complete
 from app.robot.skin import Skin
+from app.sensing.budget import IDEAL
 from app.sensing.simulated import SimulatedSkin
 from app.world.world import World
 
 BEFORE = (0.01, 0.02, 0.05, 0.10)  # [m] of obstacles before the body
 POSTURES = 150  # calibrated with, and as many to judge
 SIGMAS = 3.0902  # of a normal distribution: 0.1 % lie beyond
+ZONES = replace(IDEAL, zones=1.0)  # where the sensors are is known; what a zone does is not
 NEAREST = 0.05  # [m] returns from nearer than this are not judged
 
 
@@ -41,26 +45,10 @@ class Sample(NamedTuple):
     label: NDArray[np.int16]
 
 
-class Noise:
-    """The errors of simulated sensors: each zone's bias, the offset near by, and noise."""
-
-    def __init__(self, skin: Skin, rng: np.random.Generator) -> None:
-        self._errors = skin.sensors[0].type.error
-        self.bias = np.clip(rng.normal(0.0, self._errors.bias_share, skin.slots), -0.04, 0.04)
-        self._skin, self._rng = skin, rng
-
-    def measured(self, depth: Array) -> Array:
-        """What is reported of true depths (S,) [m], drawn anew at each call."""
-        e = self._errors
-        near = e.near_offset_m * np.clip(1.0 - depth / e.near_offset_below_m, 0.0, 1.0)
-        noise = self._rng.normal(size=depth.shape) * self._skin.noise(depth)
-        return np.asarray(depth * (1.0 + self.bias) + near + noise)
-
-
 def confusion(robot: Robot, skin: Skin, seed: int) -> tuple[list[dict[str, Any]], list[Check]]:
     """Shares kept with the default thresholds and with calibrated ones, noise on."""
     rng = np.random.default_rng(seed)
-    noise = Noise(skin, rng)
+    noise = ZoneErrors(skin.slots, rng)
     ranges = _calibrated_ranges(noise, skin)
     samples = _samples(robot, skin, rng, seed)
     # calibration sees the first half of the postures, the figures come from the second
@@ -72,7 +60,7 @@ def confusion(robot: Robot, skin: Skin, seed: int) -> tuple[list[dict[str, Any]]
     for name, judge, table in (("default", default, None), ("calibrated", calibrated, ranges)):
         shares = _shares(skin, judge, table, noise, second)
         rows.append({"name": f"kept, {name} thresholds"} | shares)
-    bound = {f"{100 * b:g} cm": _bound(skin, second, b) for b in BEFORE}
+    bound = {f"{100 * b:g} cm": _bound(second, b) for b in BEFORE}
     rows.append({"name": "kept, most that the noise allows"} | bound)
     for what, column in (("inside", 0), ("across an edge", 1)):
         known = zip(robot.links, 1e3 * eps[:, column], strict=True)
@@ -81,11 +69,11 @@ def confusion(robot: Robot, skin: Skin, seed: int) -> tuple[list[dict[str, Any]]
     return rows, _checks(rows[1])
 
 
-def _calibrated_ranges(noise: Noise, skin: Skin) -> RangeTable:
+def _calibrated_ranges(noise: ZoneErrors, skin: Skin) -> RangeTable:
     """What `flinch calibrate ranges` would find of these sensors."""
     walls = []
     for d in DISTANCES:
-        frames = np.array([noise.measured(np.full(noise.bias.shape, d)) for _ in range(FRAMES)])
+        frames = np.array([noise.reported(np.full(skin.slots, d)) for _ in range(FRAMES)])
         walls += [(k, d, frames[:, skin.zones(k)]) for k in range(skin.count)]
     return complete(table_of(walls, skin.first))
 
@@ -93,8 +81,8 @@ def _calibrated_ranges(noise: Noise, skin: Skin) -> RangeTable:
 def _samples(robot: Robot, skin: Skin, rng: np.random.Generator, seed: int) -> list[Sample]:
     """Random postures, by turns among spheres and alone, read without errors."""
     spheres = world_of_spheres(rng)
-    alone = SimulatedSkin(robot, skin, World(()), seed)
-    among = SimulatedSkin(robot, skin, spheres, seed)
+    alone = SimulatedSkin(robot, skin, World(()), seed, budget=ZONES)
+    among = SimulatedSkin(robot, skin, spheres, seed, budget=ZONES)
     samples = []
     for i in range(2 * POSTURES):
         posture = robot.posture(rng.uniform(-2.6, 2.6, robot.n))
@@ -107,7 +95,7 @@ def _samples(robot: Robot, skin: Skin, rng: np.random.Generator, seed: int) -> l
 
 
 def _calibrated_eps(
-    robot: Robot, skin: Skin, judge: SelfFilter, ranges: RangeTable, noise: Noise,
+    robot: Robot, skin: Skin, judge: SelfFilter, ranges: RangeTable, noise: ZoneErrors,
     samples: list[Sample],
 ) -> Array:  # fmt: skip
     """Thresholds (L, 2) [m] that `flinch calibrate filter` would suggest."""
@@ -116,7 +104,7 @@ def _calibrated_eps(
     least = skin.traits.limits[skin.sensor_of, 0]
     for posture, depth, label in samples:
         mine = (label >= 0) & (depth > least)
-        z = ranges.corrected(slots, noise.measured(np.where(mine, depth, 1.0)))
+        z = ranges.corrected(slots, noise.reported(np.where(mine, depth, 1.0)))
         seen = judge.judge(everyone, z, posture, rules)
         mine &= seen.link >= 0
         parts.append((seen.link[mine], seen.gap[mine], skin.noise(z)[mine], seen.edge[mine]))
@@ -126,14 +114,18 @@ def _calibrated_eps(
 
 
 def _shares(
-    skin: Skin, judge: SelfFilter, ranges: RangeTable | None, noise: Noise, samples: list[Sample]
+    skin: Skin,
+    judge: SelfFilter,
+    ranges: RangeTable | None,
+    noise: ZoneErrors,
+    samples: list[Sample],
 ) -> dict[str, float]:
     """How many zones saw the body, and the shares kept of each kind of return."""
     kept: dict[str, list[NDArray[np.bool_]]] = {}
     rules, everyone = Rules(), np.arange(skin.count)
     for posture, depth, label in samples:
         for what, (mask, true) in _returns(depth, label).items():
-            z = noise.measured(np.where(mask, true, 1.0))
+            z = noise.reported(np.where(mask, true, 1.0))
             if ranges is not None:
                 z = ranges.corrected(np.arange(skin.slots), z)
             judged = judge.judge(everyone, z, posture, rules)
@@ -167,11 +159,11 @@ def _checks(calibrated: dict[str, Any]) -> list[Check]:
     ]
 
 
-def _bound(skin: Skin, samples: list[Sample], before: float) -> float:
+def _bound(samples: list[Sample], before: float) -> float:
     """Share of obstacles that a filter with the true depth and the best threshold would keep."""
     out: list[Array] = []
     for _, depth, label in samples:
         own = (label >= 0) & (depth > max(NEAREST, before + 0.02))
-        sigma, nearer = skin.noise(depth)[own], skin.noise(depth - before)[own]
+        sigma, nearer = deviation(depth[own]), deviation(depth[own] - before)
         out.append((before - SIGMAS * sigma) / nearer)
     return float(np.mean([0.5 * (1.0 + erf(x / sqrt(2.0))) for x in np.concatenate(out)]))

@@ -4,6 +4,7 @@ Nothing gives way here: the ways were checked against the cell before, and peopl
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -40,7 +41,9 @@ class Drive:
         self._recorder = Recorder(robot, skin)
         self._ticker = Ticker(clock, 1.0 / RATE)
 
-    def run(self, plan: Plan, rest: float, progress: Progress, moves: Moves = unheeded) -> Recording:
+    def run(
+        self, plan: Plan, rest: float, progress: Progress, moves: Moves = unheeded
+    ) -> Recording:
         """Visit every posture, `rest` [s] in each.
 
         Raises FlinchError, and the arm brakes, when it or the skin reports a fault.
@@ -49,7 +52,7 @@ class Drive:
         try:
             self._make_ready()
             self._follow(q[0], np.zeros_like(q[0]), rest)
-            for a, b in zip(q[:-1], q[1:], strict=True):
+            for a, b in pairwise(q):
                 progress(min(done / plan.seconds, 1.0))
                 moves(True)
                 takes = travel_time(b - a, self._speed)

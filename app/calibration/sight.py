@@ -119,13 +119,13 @@ class Surroundings:
         )  # fmt: skip
         far = np.repeat([self.skin.sensors[k].type.most_m for k in sensors], rays)
         hits = no_hits(far.astype(np.float32), AIR)
-        self._links.end_rays(np.array(posture.T_base_link), beams, np.ascontiguousarray(blind), hits)
+        self._links.end_rays(
+            np.array(posture.T_base_link), beams, np.ascontiguousarray(blind), hits
+        )
         shape = m, self.zones, 5
         return hits.length.reshape(shape).astype(np.float64), hits.label.reshape(shape), way
 
-    def _faces(
-        self, lens: Array, way: Array, T_plane: Array
-    ) -> tuple[Array, NDArray[np.int32]]:
+    def _faces(self, lens: Array, way: Array, T_plane: Array) -> tuple[Array, NDArray[np.int32]]:
         """Distance [m] to the nearest face along ways (m, r, 3), and which it is, -1 for none."""
         axes = T_plane[:, :3, :3].transpose(1, 0, 2).reshape(3, -1)  # (3, 3 P), of all faces
         middle = (T_plane[:, :3, 3, None] * T_plane[:, :3, :3]).sum(axis=1)  # (P, 3)

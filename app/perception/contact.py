@@ -17,18 +17,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import Array, Unable, Verdict
+from app.messages import Array, Verdict
 from app.perception.placing import Lenses, Reports
+from app.perception.unable import Unable
 from app.robot.skin import Skin
 from app.robot.traits import NOTHING
 
 SHARE = 0.25  # of the zones; a hand at a lens is before all of them, a loose return before few
-RIDES = 0.15  # [m] a hand's length: who leans on an arm that gives way does not follow so far
+RIDES = 0.05  # [m] who leans on an arm that gives way does not follow so far at once
 EMPTY = 15  # frames: a second
 FARTHER = np.zeros(len(Verdict), dtype=bool)  # by verdict: has the zone seen something farther?
 FARTHER[[Verdict.KEPT, Verdict.SELF, Verdict.STATIC, Verdict.BEHIND, Verdict.GHOST]] = True
 NO_TARGET, CONTACT = int(Verdict.NO_TARGET), int(Verdict.CONTACT)
-SEES, COVERED, DARK = int(Unable.SEES), int(Unable.COVERED), int(Unable.DARK)
+SEES, COVERED, DARK, TOUCHED = (
+    int(u) for u in (Unable.SEES, Unable.COVERED, Unable.DARK, Unable.TOUCHED)
+)  # fmt: skip
 
 
 class Touches(NamedTuple):
@@ -58,7 +61,7 @@ class Contacts:
 
     @property
     def unable(self) -> NDArray[np.uint8]:
-        """(K,) of `Unable`: covered, dark, or seeing."""
+        """(K,) of `Unable`: touched, covered, dark, or seeing."""
         return self._touches.unable
 
     def mark(
@@ -98,7 +101,7 @@ def _mark(
         state.empty[k] = state.empty[k] + 1 if nothing == last - first else 0
         if near >= share:
             if not state.touched[k]:
-                state.at[k], square = at, 0.0
+                state.at[k], square, state.unable[k] = at, 0.0, TOUCHED
             state.touched[k] = True
         elif farther >= share:
             state.touched[k], state.unable[k] = False, SEES

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import Array, SensorFrame, SensorHealth, Unable
+from app.messages import Array, SensorFrame, SensorHealth
+from app.perception.unable import Unable
 from app.robot.skin import Skin
 from app.robot.traits import Traits
 
@@ -17,7 +18,7 @@ REPEATS = 5  # frames in a row with the same values in every zone: noise alone w
 MOVED = 0.02  # [rad or m] of a joint: a centimetre or two at a lens, which no sensor misses
 REJECTED = 5  # frames in a row in which a zone is of no use: it is lost until the next that is
 LOST_SHARE = 0.25  # of the zones: from then on the sensor is told of by name
-FEW = 8  # zones with a target below which sameness says nothing: so few may repeat by chance
+FEW = 3  # zones with a target below which sameness says nothing: so few may repeat by chance
 AT_LENS, COVERED_SHARE = 0.02, 0.5  # [m] and share of zones that make a sensor saturated
 GOOD, SLOW, POOR = int(SensorHealth.GOOD), int(SensorHealth.SLOW), int(SensorHealth.POOR)
 SATURATED, FROZEN = int(SensorHealth.SATURATED), int(SensorHealth.FROZEN)

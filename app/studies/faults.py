@@ -1,10 +1,10 @@
 """Sensors that fail while the arm works: does it run into anything, and what does it cost?
 
 Experiment X6 of the specification, widened. Half a second after the start some sensors fail, in
-one of the ways of `app.studies.faulty_skin`, or a hand lies on a window from the start. Before the plate it is
-those that look most towards the goal, in the cell any, the same ones and more of them for each
-number. The target is that the arm moves into nothing, and that with one sensor less a laboratory's
-day goes on: most of the work is done that is done with all of them.
+one of the ways of `app.studies.faulty_skin`, or a hand lies on a window from the start. Before the
+plate it is those that look most towards the goal, in the cell any, the same ones and more of them
+for each number. The target is that the arm moves into nothing, and that with one sensor less a
+laboratory's day goes on: most of the work is done that is done with all of them.
 """
 
 import time
@@ -46,7 +46,7 @@ class FaultSpec(NamedTuple):
 
     scene: str
     kind: str
-    count: int
+    sensors: int
     seed: int
 
 
@@ -151,7 +151,7 @@ class _Watch:
             self._plant.act(hand)
             self._avoided[HAND] = self._plant.world.shapes()[HAND]
         elif spec.kind != NONE:
-            self._eye.fail(chosen[: spec.count].tolist())
+            self._eye.fail(chosen[: spec.sensors].tolist())
 
     def _chosen(self, s: Snapshot) -> NDArray[np.intp]:
         """The sensors in the order in which they fail."""
@@ -167,10 +167,10 @@ class _Watch:
         spec, own = self._spec, [c for c in self._contacts.found if c.moved_into]
         towards = self._far - goal_error(s.T_base_tool, s.goal.T_base_tool)[0]
         return {
-            "name": f"{spec.scene} {spec.kind} {spec.count}",
+            "name": f"{spec.scene} {spec.kind} {spec.sensors}",
             "scene": spec.scene,
             "kind": spec.kind,
-            "sensors": spec.count,
+            "sensors": spec.sensors,
             "seed": spec.seed,
             "own_contacts": len(own),
             "contacts": len(self._contacts.found),

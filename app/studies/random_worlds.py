@@ -5,7 +5,7 @@ same seed gives the same world to each controller. Why a touch was not avoided i
 rules (`app.judge.blame`), in the same way of every controller. Beside them stands the oracle,
 our controller that perceives the truth (`app.studies.oracle`): what it touches as well is
 nobody's fault. The rest is ours: perception's, where the touched link's distance was not known
-half a second ahead; control's, where it was.
+half a second ahead, or where a phantom was fled from; control's otherwise.
 """
 
 from collections import Counter
@@ -17,7 +17,7 @@ import numpy as np
 
 from app.config import Params
 from app.control.registry import taking_part
-from app.judge.blame import Cause
+from app.judge.blame import TRUE, Cause
 from app.judge.contact import INTO
 from app.report import Check, Report
 from app.studies.pool import each, shard_of
@@ -90,11 +90,13 @@ def split(mode: str, trials: Sequence[Trial]) -> dict[str, Any]:
     touched = {t.seed: t.touch for t in trials if t.mode == mode and t.touch}
     ours = [touch for seed, touch in touched.items() if seed in spared]
     unseen = sum(touch["cause"] == Cause.NOT_SEEN for touch in ours)
+    fled = sum(touch["cause"] != Cause.NOT_SEEN and touch["phantom_m"] > TRUE for touch in ours)
     return {
         "name": f"{mode} beside the {ORACLE}",
         "nobody": len(touched) - len(ours),
-        "perception": unseen,
-        "control": len(ours) - unseen,
+        "perception_unseen": unseen,
+        "perception_phantom": fled,
+        "control": len(ours) - unseen - fled,
     }
 
 

@@ -36,6 +36,7 @@ POINT: dict[Verdict, RGB] = {
     Verdict.OUT_OF_RANGE: (120, 94, 60),
     Verdict.STALE: (240, 120, 150),
     Verdict.GHOST: (86, 180, 233),
+    Verdict.CONTACT: (214, 39, 140),
 }
 
 

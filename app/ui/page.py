@@ -23,6 +23,7 @@ from app.ui.panels.sensors_panel import SensorsPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump
 from app.ui.roles import Roles
+from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
 from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.ghost_view import GhostView
@@ -101,6 +102,7 @@ class Page:
         self.stage = Stage(server, engine.cell)
         self.cell = CellView(server, engine.cell)
         self.robot = RobotView(server, engine)
+        self.cones = BlindView(server, engine)
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
         self.pair = PairView(server, engine)
@@ -139,7 +141,7 @@ class Page:
             self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
             self.world, self.arm, self.control, self.obstacles, self.background, self.goals,
             self.params, self.plot, self.health, self.memory, self.roles, self.sensors,
-            self.separation,
+            self.separation, self.cones,
         )  # fmt: skip
         self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
 
@@ -151,6 +153,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage,
+            self.cell, self.stage, self.cones,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

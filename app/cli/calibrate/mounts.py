@@ -61,7 +61,9 @@ class CalibrateMounts(WhichRobot):
         if self.source == LIVE and self.sensors == SIMULATED:
             raise ConfigError("live needs --sensors serial:PORT; or give 'simulated'")
         if self.source != LIVE and (self.sensors != SIMULATED or real or self.arm):
-            raise ConfigError(f"--sensors, --driver and --arm belong to 'live', not {self.source!r}")
+            raise ConfigError(
+                f"--sensors, --driver and --arm belong to 'live', not {self.source!r}"
+            )
         if real and not self.arm:
             raise ConfigError("a real arm has to be moved for this; add --arm")
 

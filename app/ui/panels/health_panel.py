@@ -1,12 +1,14 @@
 """How well it runs: rates, lateness, the rooms' milliseconds, the sensors, the verdicts."""
 
 from collections import deque
+from collections.abc import Sequence
 from html import escape
 
 import numpy as np
 import viser
 
 from app.messages import SensorHealth, Snapshot, Verdict
+from app.perception.unable import Unable
 from app.ui.colours import HEALTH, css
 from app.ui.engine import Engine
 from app.ui.pacing import Every
@@ -19,13 +21,14 @@ Rows = list[tuple[str, str]]
 
 
 class HealthPanel:
-    """Four small tables, at most twice a second.
+    """Four small tables, and one of the sensors that cannot see, at most twice a second.
 
     They are HTML: Markdown is compiled anew in the browser at every change.
     """
 
     def __init__(self, server: viser.ViserServer, engine: Engine, traffic: Traffic) -> None:
         self._engine, self._traffic, self._pace = engine, traffic, Every(PERIOD)
+        self._names = tuple(s.name for s in engine.skin.sensors)
         self._lateness: deque[float] = deque(maxlen=MEMORY)
         self._ticks: deque[tuple[float, int]] = deque(maxlen=MEMORY)
         self.table = server.gui.add_html("")
@@ -39,6 +42,7 @@ class HealthPanel:
             self.table.content = (
                 table("Loop", self._loop(snapshot))
                 + table("Sensors", self._sensors(snapshot))
+                + blind_table(snapshot, self._names)
                 + table("Points", points(snapshot))
                 + table("Page", self._page())
             )
@@ -97,6 +101,21 @@ def points(snapshot: Snapshot) -> Rows:
     """How many slots each verdict has; those with none are left out."""
     counts = np.bincount(snapshot.cloud.verdict, minlength=len(Verdict))
     return [(v.name.lower().replace("_", " "), str(counts[v])) for v in Verdict if counts[v]]
+
+
+def blind_table(snapshot: Snapshot, names: Sequence[str]) -> str:
+    """The sensors that cannot tell, by reason, and what it costs; empty if all can."""
+    if not snapshot.unable.any():
+        return ""
+    unable: list[int] = snapshot.unable.tolist()
+    rows = [
+        (u.words, escape(", ".join(n for n, v in zip(names, unable, strict=True) if v == u)))
+        for u in Unable
+        if u is not Unable.SEES and u in unable
+    ]
+    share = f"{100.0 * snapshot.blind:.0f} % of the skin; the arm stops at 50 %"
+    speed = f"{100.0 * snapshot.command.unseen:.0f} %"
+    return table("Cannot see", [*rows, ("unseen", share), ("speed left", speed)])
 
 
 def table(title: str, rows: Rows) -> str:

@@ -21,6 +21,8 @@ from app.ui.scene.switch import Switch
 PERIOD = 0.06  # [s]: a sensor speaks every 67 ms
 Mask = NDArray[np.bool_]
 
+BELIEVED = (Verdict.KEPT, Verdict.CONTACT)  # shown at first
+
 WORDS: dict[Verdict | None, tuple[str, str]] = {  # label and help of the switch
     None: ("All points", "every zone that has a distance"),
     Verdict.KEPT: ("Kept points", "points of the world: believed, and avoided"),
@@ -31,6 +33,7 @@ WORDS: dict[Verdict | None, tuple[str, str]] = {  # label and help of the switch
     Verdict.OUT_OF_RANGE: ("Out of range", "thrown away: too near or too far"),
     Verdict.STALE: ("Stale points", "thrown away: too old"),
     Verdict.GHOST: ("Ghosts", "waiting: seen by one zone in one frame only"),
+    Verdict.CONTACT: ("Contacts", "at a lens, too near to measure: avoided until seen to leave"),
 }
 
 
@@ -63,9 +66,10 @@ class CloudView:
         self._pace = Every(PERIOD)
         self._classes = [_Class(cloud("raw", RAW, 0.004), None, False)]
         for verdict, colour in POINT.items():
-            size = 0.008 if verdict is Verdict.KEPT else 0.006
+            believed = verdict in BELIEVED
+            size = 0.008 if believed else 0.006
             handle = cloud(verdict.name.lower(), colour, size)
-            self._classes.append(_Class(handle, verdict, verdict is Verdict.KEPT))
+            self._classes.append(_Class(handle, verdict, believed))
 
     def update(self, snapshot: Snapshot) -> None:
         if not self._pace.due(snapshot.stamp):

@@ -6,13 +6,14 @@ free; a node for each of thirty sensors cost a browser without a graphics card a
 picture.
 """
 
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.messages import SensorHealth, Snapshot
+from app.messages import Array, SensorHealth, Snapshot
 from app.robot.skin import Sensor, zone_directions
 from app.ui.colours import HEALTH
 from app.ui.engine import Engine
@@ -44,12 +45,9 @@ class RobotView:
             for link in names
         ]
         sensors = engine.skin.sensors
-        alike: dict[str, dict[View, list[int]]] = {}
-        for k, s in enumerate(sensors):
-            alike.setdefault(s.link, {}).setdefault(half_view(s), []).append(k)
         self.patches = [
             _patch(server, engine, f"/robot/{link}/sensors{'' if i == 0 else f'-{i + 1}'}", mine, v)
-            for link, views in alike.items()
+            for link, views in alike(sensors).items()
             for i, (v, mine) in enumerate(views.items())
         ]
         self._health = np.full(len(sensors), SensorHealth.ABSENT, dtype=np.uint8)
@@ -82,16 +80,34 @@ def half_view(sensor: Sensor) -> View:
     return round(abs(float(x)), 9), round(abs(float(y)), 9)
 
 
+def alike(
+    sensors: Sequence[Sensor], only: Collection[int] | None = None
+) -> dict[str, dict[View, list[int]]]:
+    """The sensors, by their index, of each link and of each field of view; all, or some only."""
+    out: dict[str, dict[View, list[int]]] = {}
+    for k, s in enumerate(sensors):
+        if only is None or k in only:
+            out.setdefault(s.link, {}).setdefault(half_view(s), []).append(k)
+    return out
+
+
+def horn(view: View, length: float) -> tuple[Array, NDArray[np.int64]]:
+    """Vertices (5, 3) and faces (4, 3) of a field of view up to `length` [m], sensor frame."""
+    x, y = length * view[0], length * view[1]
+    rim = [[-x, -y, length], [x, -y, length], [x, y, length], [-x, y, length]]
+    faces = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]])
+    return np.array([[0.0, 0.0, 0.0], *rim]), faces
+
+
 def _patch(
     server: viser.ViserServer, engine: Engine, name: str, mine: list[int], view: View
 ) -> _Patch:
     poses = np.array([engine.skin.sensors[k].T_link_sensor for k in mine])
-    x, y = HORN * view[0], HORN * view[1]
-    rim = [[-x, -y, HORN], [x, -y, HORN], [x, y, HORN], [-x, y, HORN]]
+    vertices, faces = horn(view, HORN)
     handle = server.scene.add_batched_meshes_simple(
         name,
-        vertices=np.array([[0.0, 0.0, 0.0], *rim]),
-        faces=np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 1]]),
+        vertices=vertices,
+        faces=faces,
         batched_wxyzs=wxyz(poses),
         batched_positions=poses[:, :3, 3],
         batched_colors=np.tile(COLOURS[SensorHealth.ABSENT], (len(mine), 1)),
