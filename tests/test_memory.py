@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Cell
+from app.messages import Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.memory import CAPACITY, Memory
 from app.perception.rules import Rules
+from app.perception.self_filter import SelfFilter
 from app.robot.skin import build_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
@@ -237,9 +239,27 @@ def test_what_was_looked_at_and_not_seen_again_is_forgotten_soon(robot, skin):
     assert not remembered_later(robot, skin, 0.8, NO_ECHO)
 
 
-def test_what_was_only_seen_right_before_the_arm_itself_is_forgotten_soon(robot, skin):
-    assert remembered_later(robot, skin, 0.15, BAD)
-    assert not remembered_later(robot, skin, 0.05, BAD)
+def test_what_may_be_the_arm_itself_is_never_remembered(robot, skin):
+    """A zone that looks at the upper arm, and a point before it: kept, but not for long."""
+    q = robot.home.copy()
+    q[2] = 2.6
+    posture, blind = robot.posture(q), Rules(doubts_ghosts=False, doubts_hoses=False)
+    link = robot.link_index("upper_arm_link")
+    one_ray, far = P._replace(footprint=False), np.full(skin.slots, 9.0)
+    far = SelfFilter(robot, skin).judge(np.arange(skin.count), far, posture, one_ray)
+    slot = int(np.argmax(np.where(far.link == link, far.gap, -np.inf)))
+    k, zone, body = slot // 64, slot % 64, 9.0 + far.gap[slot]
+    remembered = {}
+    for before in (0.03, 0.25):
+        cloud, memory = SkinCloud(robot, skin, Cell()), Memory(robot, skin)
+        for i in range(3):
+            d, status = np.full(64, 1.0), np.full(64, 4)
+            d[zone], status[zone] = body - before, 5
+            cloud.add_frames([frame(k, i / 15, d, status=status)], posture, blind)
+            assert cloud.view(i / 15).verdict[slot] == Verdict.KEPT
+            memory.update(cloud.view(i / 15), np.array([k]), posture)
+        remembered[before] = bool(memory.use.any())
+    assert remembered == {0.03: False, 0.25: True}
 
 
 def test_what_is_known_to_stand_still_is_as_old_as_its_last_sight(robot, skin, beside):

@@ -33,8 +33,8 @@ from app.robot.traits import noise_of
 FRAME_ANGLE = 9e-4
 # [m] links against their meshes (1 to 2 mm) and joints' frames against the nominal ones (0.5 mm)
 BODY = 2.5e-3
-# sigmas along a ray and across it; `flinch experiment frontier` shows what more would cost, and what
-# noise carries beyond them for one frame waits for a second (see `app.perception.ghosts`)
+# sigmas along a ray and across it; `flinch experiment frontier` shows what more would cost, and
+# what noise carries beyond them for one frame waits for a second (see `app.perception.ghosts`)
 SIGMAS, ASIDE = 2.5, 1.5
 WIDEST = 2.5  # half widths of a zone; a lens at its own body would have all around it excused
 
@@ -185,3 +185,10 @@ def spread(known: Known, k: int, distance: float, speed: float) -> float:
     aside = known.position[k] ** 2 + (known.time[k] * speed) ** 2
     angle = np.sqrt(known.angle[k] ** 2 + aside / max(distance, 0.01) ** 2)
     return min(1.0 + known.sigmas[1] * angle / known.half[k], WIDEST)
+
+
+def views_aside(skin: Skin) -> Array:
+    """(K,) [rad] from a zone's middle to the farthest that it may look: half its diagonal, and as
+    much as its mounting is in doubt."""
+    diagonal = np.array([np.hypot(*s.type.pitch) for s in skin.sensors])
+    return np.asarray(diagonal / 2.0 + SIGMAS * skin.doubt.angle)
