@@ -10,6 +10,8 @@ from app.robot.arm import SimulatedArm
 from app.sensing.budget import HONEST, IDEAL, Budget, read_budget
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.truth import draw_truth
+from app.timing import ManualClock
+from app.wiring import Setup, build_engine
 from app.world.world import World
 
 
@@ -73,6 +75,17 @@ def test_a_part_that_is_switched_off_leaves_the_others_as_they_were(robot, skin)
         if f.name not in ("body", "mounting"):  # a hose keeps out of views
             surfaces = [t.robot.bodies[3].vertices for t in (with_it, without)]
             assert np.array_equal(*surfaces), f.name
+
+
+@pytest.mark.parametrize(("world", "least", "most"), [("ideal", 0.0, 0.0), ("honest", 3e-4, 0.01)])
+def test_a_simulated_plant_tells_judges_where_the_arm_truly_is(world, least, most):
+    engine = build_engine(Setup(scene="empty", world=world), ManualClock())
+    believed = engine.step().T_base_link
+    off = np.linalg.norm((engine.plant.true_poses() - believed)[:, :3, 3], axis=1)
+    assert least <= off.max() <= most
+    same = [a is b for a, b in zip(engine.plant.robot.bodies, engine.robot.bodies, strict=True)]
+    assert all(same) == (world == "ideal")
+    engine.close()
 
 
 def test_encoders_say_the_same_whenever_they_are_asked_at_one_time(robot):

@@ -1,19 +1,16 @@
 """How surfaces send light back: the arm's links, the world's bodies and dirty windows, seeded."""
 
-from typing import TYPE_CHECKING
 from zlib import crc32
 
 import numpy as np
 
 from app.messages import Array
 from app.robot.skin import Skin
+from app.sensing.budget import Budget
 from app.sensing.error_model import USUAL
 from app.sensing.response import Surfaces
 from app.sensing.truth_parts import Part, stream
 from app.world.world import Body
-
-if TYPE_CHECKING:
-    from app.sensing.sight import Eyes
 
 DARKEST, LIGHTEST = 0.05, 0.9  # reflectance: dark cloth, bright paint
 DIRTY = 0.1  # share of sensors with a dirty window, at strength 1
@@ -24,11 +21,11 @@ WINDOW = (0.004, 0.015)  # [m] from the lens
 class Finish:
     """The reflectance of everything; a body keeps its own by its name."""
 
-    def __init__(self, eyes: "Eyes", skin: Skin) -> None:
-        self._budget, self._seed = eyes.budget, eyes.seed
-        links = len(eyes.links.bodies)
+    def __init__(self, budget: Budget, seed: int, links: int, skin: Skin) -> None:
+        """links: how many the arm has."""
+        self._budget, self._seed = budget, seed
         self._links = self._drawn(stream(self._seed, Part.REFLECTANCE, 0), links)
-        self._smudge, self.window = dirty_windows(eyes.budget.cover, eyes.seed, skin)
+        self._smudge, self.window = dirty_windows(budget.cover, seed, skin)
         self._bodies: tuple[Body, ...] = ()
         self._surfaces = self._of(())
 

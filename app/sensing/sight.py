@@ -75,7 +75,7 @@ class Sight:
         self._fixed: NDArray[np.bool_] = links.welded[skin.link]  # (K, L) to the sensor's link?
         self._zones = [s.type.zones for s in skin.sensors]
         self._fan, self._real = fan_of(skin, eyes.budget, eyes.seed), eyes.budget.zones > 0.0
-        self._finish = Finish(eyes, skin)
+        self._finish = Finish(eyes.budget, eyes.seed, len(links.bodies), skin)
         rays = np.diff(self._fan.ray[self._fan.zone])
         far = np.repeat([s.type.most_m for s in skin.sensors], rays)
         self._own = no_hits(far.astype(np.float32), zones.NOTHING)
