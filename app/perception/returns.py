@@ -3,10 +3,10 @@
 A zone whose rays meet the body at distances d_i may see it anywhere from the nearest of them to
 `DEPTH` behind each, whatever share of its light comes from where:
 
-    gap = the least by which the report lies before or behind one of [d_i, d_i + DEPTH]
+    outside = the least by which the report lies before or behind one of [d_i, d_i + DEPTH]
 
-|gap| <= eps: the zone saw the robot. If it lies farther behind what its middle meets, the point is
-where nothing can be seen. eps follows from what is known of the sensor (see
+outside <= eps: the zone saw the robot. If it lies farther behind what its middle meets, the point
+is where nothing can be seen. eps follows from what is known of the sensor (see
 `app.perception.uncertainty`), or from what was measured of the link:
 
     eps = max(CALIBRATED, measured + sigmas * noise(reported))
@@ -32,8 +32,8 @@ class Judgement(NamedTuple):
     """What became of S zones.
 
     verdict: KEPT, SELF or BEHIND.   link: in the zone's way, or -1.
-    gap:     [m] from the report to the nearest distance at which the body may be seen, positive
-             where it lies before it; +inf where no body is in the way.
+    gap:     [m] from the report to the d_i that explains it best, positive where the report lies
+             before it; +inf where no body is in the way.
     eps:     [m] threshold.   edge: the zone lies across an edge of what is in its way.
     aims:    how the zones were looked at.
     """
@@ -116,7 +116,7 @@ def explain_returns(
         )  # fmt: skip
         for zone in range(first[m], last[m]):
             rays, z = judged.aims.rays[zone], reported[zone]
-            gap, link, across = _nearest(rays, z, depth, least, more, returns, zone)
+            gap, outside, link, across = _nearest(rays, z, depth, least, more, returns, zone)
             eps = judged.aims.eps[zone]
             if link >= 0 and not np.isnan(hulls.measured[link, across]):
                 noise = known.sigmas[0] * noise_of(floor, share, z)
@@ -124,7 +124,7 @@ def explain_returns(
             judged.gap[zone], judged.link[zone] = gap, link
             judged.eps[zone], judged.edge[zone] = eps, across == 1
             judged.verdict[zone] = KEPT
-            if abs(gap) <= eps:
+            if outside <= eps:
                 judged.verdict[zone] = SELF
             elif not two_sided and returns.distance[zone, 0] + depth < z:
                 judged.verdict[zone] = BEHIND
@@ -133,21 +133,22 @@ def explain_returns(
 @compiled
 def _nearest(
     rays: int, z: float, depth: float, least: float, more: float, returns: Returns, zone: int
-) -> tuple[float, int, int]:
-    """Gap [m] of a zone that reports z, the link that it is to, -1 for none, and 1 if the zone lies
-    across an edge: not all of its `rays` end within one pulse, which is max(least, more * d)."""
-    gap, link, front = np.inf, -1, np.inf
+) -> tuple[float, float, int, int]:
+    """Gap [m] of a zone that reports z, by how much it is outside [m], the link that the gap is to,
+    -1 for none, and 1 if the zone lies across an edge: not all of its `rays` end within one pulse,
+    which is max(least, more * d)."""
+    gap, best, link, front = np.inf, np.inf, -1, np.inf
     for ray in range(rays):
         d = returns.distance[zone, ray]
         if d == np.inf:
             continue
         front = min(front, d)
-        g = d - z if z < d else min(0.0, d + depth - z)
-        if abs(g) < abs(gap):
-            gap, link = g, returns.link[zone, ray]
+        outside = max(d - z, z - d - depth, 0.0)
+        if outside < best or (outside == best and abs(d - z) < abs(gap)):
+            gap, best, link = d - z, outside, returns.link[zone, ray]
     across = 0
     farthest = front + pulse_of(least, more, front)
     for ray in range(rays):
         if not returns.distance[zone, ray] <= farthest:
             across = 1
-    return gap, link, across if link >= 0 else 0
+    return gap, best, link, across if link >= 0 else 0

@@ -174,7 +174,7 @@ def threshold(known: Known, k: int, distance: float, speed: float) -> float:
     variance = range_variance(known.noise[k, 0], known.noise[k, 1], known.share[k], distance)
     variance += known.position[k] ** 2 + BODY * BODY + (known.time[k] * speed) ** 2
     near = known.near[k, 0] * min(max(1.0 - distance / known.near[k, 1], 0.0), 1.0)
-    return near + known.sigmas[0] * np.sqrt(variance)
+    return float(near + known.sigmas[0] * np.sqrt(variance))
 
 
 @compiled
@@ -192,7 +192,7 @@ def spread(known: Known, k: int, distance: float, speed: float) -> float:
     """
     aside = known.position[k] ** 2 + (known.time[k] * speed) ** 2
     angle = np.sqrt(known.angle[k] ** 2 + aside / max(distance, 0.01) ** 2)
-    return min(1.0 + known.sigmas[1] * angle / known.half[k], WIDEST)
+    return float(min(1.0 + known.sigmas[1] * angle / known.half[k], WIDEST))
 
 
 def views_aside(skin: Skin) -> Array:

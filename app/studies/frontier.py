@@ -5,8 +5,10 @@ the ideal filter, which knows what the body returns to each zone to the last dig
 noise of the range alone: with a threshold t it passes Q(t / sigma(d)) of the returns from d, and
 keeps Phi((b - t) / sigma(d - b)) of the obstacles that stand b before it.
 
-What the zones see is the honest world's. An obstacle fills its zone. Noise and the zones' constant
-errors are drawn here, as the sensor's type has them.
+What the zones see is the honest world's. An obstacle fills the view of each sensor that sees the
+body: it stands before the body where that is, and as far away beside it; `alone` is one that hides
+nothing but the body, as a sleeve would. Noise and the zones' constant errors are drawn here, as the
+sensor's type has them.
 """
 
 from math import erf, sqrt
@@ -33,6 +35,7 @@ BEFORE = (0.10, 0.05)  # [m] of obstacles before the body
 TARGETS = dict(zip(BEFORE, (0.995, 0.95), strict=True))  # kept, of a calibrated skin
 THRESHOLDS = tuple(np.linspace(0.0, 0.06, 13))  # [m] of the ideal filter
 NEAREST, ROOM = 0.05, 0.02  # [m] nearer returns are not judged; an obstacle is at least so far
+NOTHING = 9.0  # [m] beyond everything
 AROUND = 1.0  # [rad] of each joint about home
 CONDITIONS = (Condition("as laid out"), Condition("calibrated", calibrated=True))
 
@@ -97,19 +100,35 @@ def shares(
     judge, hanging = SelfFilter(robot, skin, caution), Hanging(robot, skin)
     error = skin.sensors[0].type.error
     bias = (SHARE if calibrated else error.bias_share) * rng.standard_normal(skin.slots)
-    everyone, kept = np.arange(skin.count), {b: [np.empty(0)] for b in (0.0, *BEFORE)}
+    everyone = np.arange(skin.count)
+    cases = [(0.0, False), *((b, beside) for b in BEFORE for beside in (True, False))]
+    kept = {case: [np.empty(0)] for case in cases}
     for posture, zones, depth in views:
-        for b, found in kept.items():
+        for (b, beside), found in kept.items():
             use = depth > b + ROOM
-            mine, true = zones[use], depth[use] - b
-            z = np.full(skin.slots, 9.0)  # beyond everything
-            z[mine] = true * (1.0 + bias[mine])
-            z[mine] += skin.noise(z)[mine] * rng.standard_normal(len(mine))
+            mine, z = zones[use], np.full(skin.slots, NOTHING)
+            z[mine] = depth[use] - b
+            if beside:
+                _fill(skin, z)
+            there = z < NOTHING
+            z[there] *= 1.0 + bias[there]
+            z[there] += (skin.noise(z) * rng.standard_normal(skin.slots))[there]
             judged = judge.judge(everyone, z, posture, Rules())
-            judged.verdict[z == 9.0] = Verdict.NO_TARGET
+            judged.verdict[~there] = Verdict.NO_TARGET
             hanging.mark(everyone, z, _points(skin, z, posture), posture, judged)
             found.append(judged.verdict[mine] == Verdict.KEPT)
-    return {_key(b): float(np.concatenate(found).mean()) for b, found in kept.items()}
+    return {
+        _key(b, alone=b > 0.0 and not beside): float(np.concatenate(found).mean())
+        for (b, beside), found in kept.items()
+    }
+
+
+def _fill(skin: Skin, z: Array) -> None:
+    """Let each sensor that sees something see it in all its zones, (S,) [m]."""
+    for k in range(skin.count):
+        mine = z[skin.zones(k)]
+        if (mine < NOTHING).any():
+            mine[mine == NOTHING] = np.median(mine[mine < NOTHING])
 
 
 def ideal(skin: Skin, views: list[View], threshold: float) -> dict[str, Any]:
@@ -125,8 +144,9 @@ def ideal(skin: Skin, views: list[View], threshold: float) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _key(before: float) -> str:
-    return f"kept_{1e2 * before:g}_cm" if before else "passed"
+def _key(before: float, alone: bool = False) -> str:
+    how = "alone" if alone else "kept"
+    return f"{how}_{1e2 * before:g}_cm" if before else "passed"
 
 
 def _points(skin: Skin, z: Array, posture: Posture) -> Array:
