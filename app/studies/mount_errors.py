@@ -71,7 +71,7 @@ def size_of(error: Array) -> tuple[Array, Array]:
 
 def normalised(error: Array, found: Estimate) -> Array:
     """(K,) mean square of each sensor's six errors over their covariance; 1 on the average."""
-    cov = found.after.step.pose_cov
+    cov = found.after.step.pose_cov[:, :6, :6]
     return np.asarray(np.einsum("ki,kij,kj->k", error, np.linalg.inv(cov), error) / 6)
 
 
