@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from app.control.supervisor import Supervisor, speed_share
 from app.control.unseen import NOTHING_UNSEEN, Unseen
-from app.messages import Command, Mode, SensorFrame, Status, Unable, freeze
+from app.messages import Command, Mode, SensorFrame, Status, freeze
 from app.perception.blindness import cones_of
 from app.perception.health import SkinHealth
+from app.perception.unable import Unable
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import Inputs

@@ -61,23 +61,6 @@ class SensorHealth(IntEnum):
     SLOW = 7  # speaks at less than half of the rate that its type has
 
 
-class Unable(IntEnum):
-    """Why a sensor cannot tell what is before it: its space is unseen."""
-
-    SEES = 0  # it can
-    SILENT = 1
-    FROZEN = 2  # repeats its values while it is moved
-    BAD_STATUS = 3  # in a quarter of its zones or more
-    COVERED = 4  # what is at its lens rides along with the arm
-    DARK = 5  # returns nothing where something surely is
-    TOUCHED = 6  # something is at its lens
-
-    @property
-    def words(self) -> str:
-        """For a person."""
-        return self.name.lower().replace("_", " ")
-
-
 @dataclass(frozen=True, eq=False, slots=True)
 class JointState:
     """Joint positions q (n,) [rad or m] and velocities qd (n,) at `stamp` [s]."""
@@ -328,7 +311,7 @@ class Snapshot:
     memory:      (n, 3) [m] remembered points near the arm, base frame.
     reached:     waypoints that the program has reached.
     blind:       0..1 share of what the skin should see that it cannot tell of.
-    unable:      (K,) uint8 of `Unable`; the same array as long as nothing changes.
+    unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
     """
 

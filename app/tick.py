@@ -118,7 +118,7 @@ class Outputs:
     jump:        [m] how far the acted-on control point moved since the last tick.
     memory:      (n, 3) [m] remembered points near the arm, base frame.
     blind:       0..1 share of what the skin should see that it cannot tell of.
-    unable:      (K,) uint8 of `Unable`; the same array as long as nothing changes.
+    unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
     trace:       of the exception that ended this tick early; empty of any other.
     """

@@ -124,6 +124,19 @@ def test_a_phantom_is_what_is_believed_nearer_than_anything_is(robot, truth):
     assert judge.phantom(moments(robot, world, [d, d - 0.2])) == pytest.approx(0.2, abs=1e-6)
 
 
+def test_a_link_that_no_joint_moves_away_has_no_way_out_however_far_the_body_was(robot, truth):
+    shoulder, T = robot.link_index("shoulder_link"), robot.posture(robot.home).T_base_link
+    for link, verdict in ((shoulder, Cause.NO_WAY), (TOOL, Cause.AVOIDABLE)):
+        at, past = T[link, :3, 3], []
+        side = np.array([1.0, 0.0, 0.0]) if link == shoulder else UP
+        for i in range(6):  # it comes at 0.5 m/s and is more than 0.2 m away at first
+            world = World([ball(at + (0.45 - 0.05 * i) * side)])
+            d = truth.measure(T, world)
+            past.append(Moment(i * AHEAD / 5, robot.home, T, world.poses(), d))
+        assert past[0].seen[link] > 0.2
+        assert Judgement(robot, truth, world.shapes(), 0.5).blame(past, link).first is verdict
+
+
 def test_a_touch_is_the_arms_own_where_its_point_moves_into_the_body(robot, truth):
     q = robot.home
     T, tool = robot.posture(q).T_base_link, robot.posture(q).T_base_tool[:3, 3]

@@ -9,9 +9,10 @@ from app.config import Params
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.unseen import Unseen, UnseenLimit
-from app.messages import Command, JointState, Mode, Pairs, SensorHealth, Unable
+from app.messages import Command, JointState, Mode, Pairs, SensorHealth
 from app.perception.blindness import BREADTH, cones_of
 from app.perception.health import SkinHealth
+from app.perception.unable import Unable
 from app.robot.skin import build_skin
 from tests.fakes import frame
 from tests.test_brain import Bench

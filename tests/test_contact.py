@@ -5,9 +5,10 @@ import pytest
 
 from app.actions import AddObstacle
 from app.cell.parts import Cell
-from app.messages import Mode, Unable, Verdict
+from app.messages import Mode, Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.rules import PUBLISHED, Rules
+from app.perception.unable import Unable
 from tests.fakes import frame
 from tests.test_brain import Bench
 

@@ -1,7 +1,8 @@
 """Whose fault is a touch? Asked at the first moment, half a second before, and ever after.
 
 At a moment the arm could have avoided the touch where it knew of it (the touched link's own
-distance was perceived within `TRUE` of the truth) and could give way (`app.judge.free_direction`).
+distance was perceived within `TRUE` of the truth) and could give way (`app.judge.free_direction`):
+the touched link from what touched it, however far that still was, and all links from what was near.
 By the rule of the first moment that is asked once, `AHEAD` before the touch: an arm that then
 waits until there is no way out is to blame. By the rule of every moment both must have been so
 all the time until the touch, which excuses that arm. Both are asked of every controller alike.
@@ -15,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.judge.free_direction import NEAR, free_direction, motion_between
-from app.judge.truth import TrueDistance
+from app.judge.truth import TrueDistance, TruePair
 from app.messages import Array, BodyPose, Pairs
 from app.robot.model import Robot
 from app.world.shapes import Shape
@@ -74,7 +75,8 @@ class Judgement:
     def blame(self, past: Sequence[Moment], link: int) -> Blame:
         """Why `link` touched something at the last moment of `past`, which begins `AHEAD` of it."""
         seen = [self._seen(m, link) for m in past]
-        free = [self._free(a, b) for a, b in pairwise(past)] or [False]
+        body = min(self._pairs_of(past[-1], link), key=lambda p: p.distance).body
+        free = [self._free(a, b, link, body) for a, b in pairwise(past)] or [False]
         return Blame(cause(seen[0], free[0]), cause(all(seen), all(free)))
 
     def phantom(self, past: Sequence[Moment]) -> float:
@@ -94,7 +96,12 @@ class Judgement:
             for b in m.bodies
         )
 
-    def _free(self, a: Moment, b: Moment) -> bool:
+    def _pairs_of(self, m: Moment, link: int) -> list[TruePair]:
+        """The pairs of one link with every body."""
+        pairs = self._truth.near_pairs(m.T_base_link, self._shapes, m.bodies, np.inf)
+        return [p for p in pairs if p.link == link]
+
+    def _free(self, a: Moment, b: Moment, link: int, body: str) -> bool:
         """Was there a way out at `a`, for the speed at which the bodies came until `b`?"""
         pairs = self._truth.near_pairs(a.T_base_link, self._shapes, a.bodies, NEAR)
         passed = b.stamp - a.stamp
@@ -102,7 +109,8 @@ class Judgement:
             was.view.name: motion_between(was.T_base_body, is_.T_base_body, passed)
             for was, is_ in zip(a.bodies, b.bodies, strict=True)
         }
-        return free_direction(self._robot, a.q, pairs, motions, self._speed)
+        touched = [p for p in self._pairs_of(a, link) if p.body == body]
+        return free_direction(self._robot, a.q, pairs, motions, self._speed, touched)
 
 
 def cause(seen: bool, free: bool) -> Cause:

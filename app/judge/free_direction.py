@@ -26,16 +26,19 @@ STEP = 1e-6  # [rad or m] of a finite difference
 
 
 def free_direction(
-    robot: Robot, q: Array, pairs: Sequence[TruePair], motions: Mapping[str, Array], speed: float
-) -> bool:
+    robot: Robot, q: Array, pairs: Sequence[TruePair], motions: Mapping[str, Array], speed: float,
+    touched: Sequence[TruePair] = (),
+) -> bool:  # fmt: skip
     """May every near link be moved away as fast as what is near it comes?
 
     pairs: the true ones at joint positions q (n,); those from `NEAR` on do not count.
     motions: body's name to the pose (4, 4) that carries its points a second on, linearly.
     speed:   share of the joints' velocity limits.
+    touched: the same of what will touch, which count however far they are.
     """
     moves = np.asarray(robot.supports.any(axis=1))
     near = [p for p in pairs if p.distance < NEAR and moves[p.link]]
+    near += [p for p in touched if p.distance >= NEAR and moves[p.link]]
     if not near:
         return True
     rows = np.array([speed_row(robot, q, p) for p in near])

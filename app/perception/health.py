@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import Array, SensorFrame, SensorHealth, Unable
+from app.messages import Array, SensorFrame, SensorHealth
+from app.perception.unable import Unable
 from app.robot.skin import Skin
 from app.robot.traits import Traits
 

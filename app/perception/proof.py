@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.messages import Unable
 from app.perception.placing import Lenses, Reports
 from app.perception.returns import Judgement
+from app.perception.unable import Unable
 from app.robot.skin import Skin
 from app.robot.traits import NOTHING, TRUSTED
 

@@ -46,7 +46,7 @@ class FaultSpec(NamedTuple):
 
     scene: str
     kind: str
-    count: int
+    sensors: int
     seed: int
 
 
@@ -151,7 +151,7 @@ class _Watch:
             self._plant.act(hand)
             self._avoided[HAND] = self._plant.world.shapes()[HAND]
         elif spec.kind != NONE:
-            self._eye.fail(chosen[: spec.count].tolist())
+            self._eye.fail(chosen[: spec.sensors].tolist())
 
     def _chosen(self, s: Snapshot) -> NDArray[np.intp]:
         """The sensors in the order in which they fail."""
@@ -167,10 +167,10 @@ class _Watch:
         spec, own = self._spec, [c for c in self._contacts.found if c.moved_into]
         towards = self._far - goal_error(s.T_base_tool, s.goal.T_base_tool)[0]
         return {
-            "name": f"{spec.scene} {spec.kind} {spec.count}",
+            "name": f"{spec.scene} {spec.kind} {spec.sensors}",
             "scene": spec.scene,
             "kind": spec.kind,
-            "sensors": spec.count,
+            "sensors": spec.sensors,
             "seed": spec.seed,
             "own_contacts": len(own),
             "contacts": len(self._contacts.found),

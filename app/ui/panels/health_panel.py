@@ -7,7 +7,8 @@ from html import escape
 import numpy as np
 import viser
 
-from app.messages import SensorHealth, Snapshot, Unable, Verdict
+from app.messages import SensorHealth, Snapshot, Verdict
+from app.perception.unable import Unable
 from app.ui.colours import HEALTH, css
 from app.ui.engine import Engine
 from app.ui.pacing import Every
@@ -106,10 +107,11 @@ def blind_table(snapshot: Snapshot, names: Sequence[str]) -> str:
     """The sensors that cannot tell, by reason, and what it costs; empty if all can."""
     if not snapshot.unable.any():
         return ""
+    unable: list[int] = snapshot.unable.tolist()
     rows = [
-        (u.words, escape(", ".join(names[k] for k in np.flatnonzero(snapshot.unable == u))))
+        (u.words, escape(", ".join(n for n, v in zip(names, unable, strict=True) if v == u)))
         for u in Unable
-        if u is not Unable.SEES and (snapshot.unable == u).any()
+        if u is not Unable.SEES and u in unable
     ]
     share = f"{100.0 * snapshot.blind:.0f} % of the skin; the arm stops at 50 %"
     speed = f"{100.0 * snapshot.command.unseen:.0f} %"

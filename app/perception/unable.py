@@ -1,0 +1,20 @@
+"""Why a sensor cannot tell what is before it."""
+
+from enum import IntEnum
+
+
+class Unable(IntEnum):
+    """Why a sensor cannot tell what is before it: its space is unseen."""
+
+    SEES = 0  # it can
+    SILENT = 1
+    FROZEN = 2  # repeats its values while it is moved
+    BAD_STATUS = 3  # in a quarter of its zones or more
+    COVERED = 4  # what is at its lens rides along with the arm
+    DARK = 5  # returns nothing where something surely is
+    TOUCHED = 6  # something is at its lens
+
+    @property
+    def words(self) -> str:
+        """For a person."""
+        return self.name.lower().replace("_", " ")
