@@ -53,7 +53,8 @@ def mount_errors(
             {"name": f"seed {seed}"} | _row(errors[-1], late, found, plan.seconds)
             | {"fit_s": perf_counter() - begin}
         )  # fmt: skip
-        told(rows[-1]["name"])
+        told("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else str(v)
+                       for k, v in rows[-1].items()))  # fmt: skip
     return Report("mounts", setup.seed, rows, _checks(np.concatenate(errors), rows))
 
 
