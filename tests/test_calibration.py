@@ -59,8 +59,16 @@ def test_sensors_glued_on_by_hand_are_found(found: Estimate, seen: Gathered) -> 
     mm, deg = off_by(found, seen)
     laid_out = np.linalg.norm(seen.skin.origin - seen.truth.skin.origin, axis=1)
     assert np.median(laid_out) > 2e-3
-    assert mm.max() < 2.0
-    assert deg.max() < 0.3
+    sure = np.array([not m.unsure for m in found.mounts.sensor])
+    assert sure.sum() == 2
+    assert mm[sure].max() < 2.0
+    assert deg[sure].max() < 0.25
+
+
+def test_a_dirty_window_is_named(found: Estimate) -> None:
+    """That of the second sensor is dirty in this seed, whose frames are drawn with it."""
+    assert found.after.dirty.tolist() == [False, True, False]
+    assert "wipe it" in found.mounts.sensor[1].unsure
 
 
 def test_how_late_the_stamps_are_is_found(found: Estimate) -> None:
@@ -110,7 +118,7 @@ def test_a_sensor_that_saw_too_little_is_named_unsure(seen: Gathered) -> None:
                            ("sensor", "stamp", "distance", "status", "targets")})  # fmt: skip
     mounts = estimate_mounts(seen.robot, seen.skin, seen.planes, little).mounts
     assert not mounts.sensor[0].unsure
-    assert "stand a board or a wall before it" in mounts.sensor[2].unsure
+    assert "a wall" in mounts.sensor[2].unsure
     assert mounts.sensor[2].sigma_mm > 1.0
 
 

@@ -41,16 +41,19 @@ def fitter() -> Fitter:
 def fit(fitter: Fitter) -> Fit:
     fit = fitter.begin()
     fit.shared[[LEAD, CURVE]] = 0.2, 0.7
+    fit.glare[:] = 0.1, 0.3
     fit.share[:] = np.random.default_rng(1).normal(0.0, 0.015, fit.share.shape)
     return fit
 
 
-def predicted(fitter: Fitter, fit: Fit, T=None, share=None, shared=None, T_plane=None) -> Predicted:
+def predicted(
+    fitter: Fitter, fit: Fit, T=None, share=None, shared=None, T_plane=None, glare=None
+) -> Predicted:
     T = fit.T_link_sensor if T is None else T
     shared = fit.shared if shared is None else shared
     return fitter._predict(
         fit.rows, fitter._place(T, shared)[1], fit.share if share is None else share, shared,
-        fit.T_plane if T_plane is None else T_plane,
+        fit.T_plane if T_plane is None else T_plane, fit.glare if glare is None else glare,
     )  # fmt: skip
 
 
@@ -77,6 +80,12 @@ def test_a_sensors_pose(fitter: Fitter, fit: Fit, axis: int) -> None:
     np.testing.assert_allclose(
         predicted(fitter, fit).pose[use, axis], difference[use], rtol=1e-4, atol=1e-6
     )
+
+
+def test_a_windows_glare(fitter: Fitter, fit: Fit) -> None:
+    up, down = (predicted(fitter, fit, glare=fit.glare + s).report for s in (STEP, -STEP))
+    difference = (up - down) / (2 * STEP)
+    np.testing.assert_allclose(predicted(fitter, fit).pose[:, POSE], difference, atol=1e-7)
 
 
 def test_a_zones_share(fitter: Fitter, fit: Fit) -> None:
@@ -152,7 +161,7 @@ def test_the_blocks_are_the_dense_solution() -> None:
     said = Predicted(rng.normal(size=N), nothing, nothing, nothing, J_pose, J_zone, J_shared)
     weight = rng.uniform(0.5, 2.0, N)
     pose, share, shared = rng.normal(size=(K, 6)), rng.normal(size=(K, Z)), rng.normal(size=G)
-    prior = Prior(np.full(6, 2.0), 3.0, np.full(G, 1.5), np.ones(G))
+    prior = Prior(np.full((K, 6), 2.0), 3.0, np.full(G, 1.5), np.ones(G))
     step = solve_step(rows, said, weight, pose, share, shared, prior)
 
     J = np.zeros((N, K * (6 + Z) + G))

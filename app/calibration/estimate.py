@@ -17,6 +17,8 @@ from app.robot.skin import Skin
 SURE_MM, SURE_DEG = 1.0, 0.12  # one sigma of a component; beyond either a sensor is unsure
 NEAR = 0.45  # [m] looks that tell a shift from a share
 FEWEST = 300  # rows of a sensor
+CLOSER = "stand a board or a wall before it, 0.15 to 0.4 m away, and turn it about there"
+FARTHER = "show it a wall from 0.5 to 1 m as well, and from several sides"
 FITS = 0.5  # share of a sensor's rows that must count
 
 
@@ -85,7 +87,7 @@ def _mount(skin: Skin, k: int, place: Place, offset: Array, fit: Fit) -> MountTa
 def sigmas(fit: Fit, k: int) -> tuple[float, float]:
     """[mm] and [deg], one standard deviation of a component."""
     variance = np.diagonal(fit.step.pose_cov[k])
-    position, angle = np.sqrt(variance[:3].mean()), np.sqrt(variance[3:].mean())
+    position, angle = np.sqrt(variance[:3].mean()), np.sqrt(variance[3:6].mean())
     return 1e3 * float(position), float(np.degrees(angle))
 
 
@@ -95,7 +97,7 @@ def unsure(fit: Fit, k: int) -> str:
     used = mine & (fit.weight > 0.0)
     near = int((used & (fit.rows.report < NEAR)).sum())
     mm, deg = sigmas(fit, k)
-    better = "stand a board or a wall before it, 0.15 to 0.4 m away, and turn it about there"
+    better = CLOSER if near < used.sum() / 2 else FARTHER
     if not used.any():
         return f"it saw nothing that is known here; {better}"
     fits = float((fit.weight * fit.sigma**2)[used].mean())
@@ -104,6 +106,8 @@ def unsure(fit: Fit, k: int) -> str:
             f"only {100 * fits:.0f} % of what it saw fits any pose; look whether it moves in its "
             "cover, or whether something stood in its way, and repeat"
         )
+    if fit.dirty[k]:
+        return "its window is dirty and draws near things nearer; wipe it, and repeat"
     if mm <= SURE_MM and deg <= SURE_DEG and used.sum() >= FEWEST:
         return ""
     return (

@@ -18,9 +18,13 @@ moves by v dt) and how a plane lies. A zone is no ray: over it the depth spreads
 and the pulse of a slanted plane is reported somewhat before its middle. By how much depends on the
 sensor's firmware, so it is estimated too, as two numbers of the whole skin, `lead` and `curve`:
 
-    report = (1 + b) d (1 - lead rho - curve rho^2) + near offset(d)       times |u| if radial
+    report = (1 + b) d (1 - lead rho - curve rho^2) + near offset(d) - glare k(d)
 
-b is the zone's own share.
+times |u| if radial; b is the zone's own share. A dirty window sends light back too, and draws what
+is near towards it: the more, the weaker the target's light, which falls with d^2, until the two are
+too far apart to be one pulse. Of a sensor with a clean window glare is 0.
+
+    k(d) = d (d / D)^2 exp(-(d / D)^2)
 """
 
 from dataclasses import dataclass
@@ -31,7 +35,8 @@ from numpy.typing import NDArray
 from app.calibration.sight import FIRST_LINK
 from app.messages import Array
 
-POSE = 6  # unknowns of a sensor: shift along x, y, z [m], turn about x, y, z [rad]
+POSE = 6  # unknowns of a sensor: shift along x, y, z [m], turn about x, y, z [rad], and its glare
+GLARE = 0.2  # [m] D: crosstalk shows below 0.6 m (UM3109), where k is nothing any more
 LATE, LEAD, CURVE, PLANES = 0, 1, 2, 3  # columns of what all share; then 3 a plane, 6 a joint
 STEEPEST = 0.35  # |n . u| / |u|: a surface seen at more of a slant is left out
 
@@ -82,7 +87,7 @@ class Predicted:
     """(N,) reports [m], and by what they change.
 
     depth: (N,) [m].   slant: (N,) cosine between ray and normal.   spread: (N,) [m] d rho.
-    pose: (N, 6).   zone: (N,) per share of that zone.   shared: (N, G).
+    pose: (N, 7).   zone: (N,) per share of that zone.   shared: (N, G).
     """
 
     report: Array
@@ -95,13 +100,14 @@ class Predicted:
 
 
 def predict(
-    rows: Rows, placed: Placed, share: Array, shared: Array, T_plane: Array, near: Array
-) -> Predicted:
+    rows: Rows, placed: Placed, share: Array, shared: Array, T_plane: Array, near: Array,
+    glare: Array,
+) -> Predicted:  # fmt: skip
     """What the zones should report.
 
     share: (N,) of each row's zone.   shared: (G,) values of which lead and curve are read; what the
     others change is in `placed` and `rows` already.   near: (N, 2) the type's near offset [m] and
-    up to where.
+    up to where.   glare: (N,) of each row's sensor.
     """
     T = placed.T_base_sensor[rows.view]
     n = rows.normal
@@ -115,7 +121,8 @@ def predict(
     early = 1.0 - lead * rho - curve * rho**2
     gain = (1.0 + share) * rows.length
     offset, slope = _near(d, near)
-    dm_dd = gain * early + rows.length * slope
+    drawn, drawn_slope = drawn_near(d)
+    dm_dd = gain * early + rows.length * (slope - glare * drawn_slope)
     turn = np.cross(rows.u, n_s)
     pose = np.concatenate((-n_s, -d[:, None] * turn), axis=1) * (dm_dd / along)[:, None]
     dm_drho = -gain * d * (lead + 2 * curve * rho)
@@ -125,14 +132,21 @@ def predict(
     x = lens + d[:, None] * np.einsum("nij,nj->ni", T[:, :3, :3], rows.u)
     _shared_columns(out, rows, placed, T_plane, x, dm_dd / along)
     return Predicted(
-        report=gain * d * early + rows.length * offset,
+        report=gain * d * early + rows.length * (offset - glare * drawn),
         depth=d,
         slant=-along / np.linalg.norm(rows.u, axis=1),
         spread=d * rho,
-        pose=pose,
+        pose=np.concatenate((pose, -(rows.length * drawn)[:, None]), axis=1),
         zone=rows.length * d * early,
         shared=out,
     )
+
+
+def drawn_near(d: Array) -> tuple[Array, Array]:
+    """k(d) (N,) [m] and how it changes with the depth."""
+    square = (d / GLARE) ** 2
+    fall = square * np.exp(-square)
+    return d * fall, fall * (3.0 - 2.0 * square)
 
 
 def _near(d: Array, near: Array) -> tuple[Array, Array]:

@@ -15,7 +15,8 @@ from app.poses import transform
 from app.world.scene import Scene
 from app.world.world import Body
 
-MEASURED = 0.002, float(np.radians(0.2))  # [m], [rad] one sigma of a static face
+# [m], [rad] one sigma of a static face, such as the table top that the arm is bolted to
+MEASURED = 0.001, float(np.radians(0.1))
 PUT_UP = 0.03, float(np.radians(3.0))  # of a movable one
 LEAST = 0.15  # [m] a narrower face only stands in the way
 # turns from a box's axes to those of its faces, z out: (axis of the thickness, turns about x, y, z)

@@ -174,8 +174,9 @@ class Planner:
         at = rows.view  # a view is a posture and a sensor
         A, E = np.zeros((C * K, POSE, POSE)), np.zeros((C * K, Z, POSE))
         D = np.zeros((C * K, Z))
-        WJ = said.pose * weight[:, None]
-        np.add.at(A, at, WJ[:, :, None] * said.pose[:, None, :])
+        J = said.pose[:, :POSE]  # windows are clean
+        WJ = J * weight[:, None]
+        np.add.at(A, at, WJ[:, :, None] * J[:, None, :])
         E[at, rows.zone] = WJ * said.zone[:, None]
         D[at, rows.zone] = weight * said.zone**2
         return A.reshape(C, K, POSE, POSE), E.reshape(C, K, Z, POSE), D.reshape(C, K, Z)

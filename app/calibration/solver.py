@@ -1,7 +1,7 @@
 """One step of the least squares: sensors are blocks, and what they share couples them.
 
-Unknowns are the sensors' poses p (6 each), their zones' shares z, and what all share, g. A row
-reads one zone of one sensor, so the normal matrix of a sensor is
+Unknowns are the sensors' poses with their windows' glare p (7 each), their zones' shares z, and
+what all share, g. A row reads one zone of one sensor, so the normal matrix of a sensor is
 
     | A_pp  A_pz  A_pg |                          D = diag over zones
     |  .    D     A_zg |
@@ -16,14 +16,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from app.calibration.model import POSE, Predicted, Rows
+from app.calibration.model import Predicted, Rows
 from app.messages import Array
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Prior:
-    """What is believed before: standard deviations. pose: (6,).   share: of a zone.   shared: (G,)
-    and its `middle` (G,)."""
+    """What is believed before, one sigma. pose: (K, 7) with the glare.   share: of a zone.
+    shared: (G,) and its `middle` (G,)."""
 
     pose: Array
     share: float
@@ -33,8 +33,8 @@ class Prior:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Step:
-    """What to add, and how well it is known: pose (K, 6), share (K, Z), shared (G,); pose_cov
-    (K, 6, 6), share_sigma (K, Z), shared_cov (G, G)."""
+    """What to add, and how well it is known: pose (K, 7) with the glare, share (K, Z), shared (G,);
+    pose_cov (K, 7, 7), share_sigma (K, Z), shared_cov (G, G)."""
 
     pose: Array
     share: Array
@@ -46,8 +46,8 @@ class Step:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Block:
-    """One sensor with its zones eliminated: S (6 + G, 6 + G), b (6 + G,); and the way back: D
-    (Z,), E (Z, 6 + G), c (Z,)."""
+    """One sensor with its zones eliminated: S (7 + G, 7 + G), b (7 + G,); and the way back: D
+    (Z,), E (Z, 7 + G), c (Z,)."""
 
     S: Array
     b: Array
@@ -60,9 +60,9 @@ def solve_step(
     rows: Rows, said: Predicted, weight: Array, pose: Array, share: Array, shared: Array,
     prior: Prior,
 ) -> Step:  # fmt: skip
-    """weight: (N,) of the rows.   pose: (K, 6) so far, from where it was laid out; share: (K, Z)
+    """weight: (N,) of the rows.   pose: (K, 7) so far, from where it was laid out; share: (K, Z)
     and shared (G,) likewise."""
-    K = len(pose)
+    K, m = pose.shape
     told = np.flatnonzero(said.shared.any(axis=0))  # of the rest nothing but the prior is known
     rest = rows.report - said.report
     first = np.searchsorted(rows.sensor, np.arange(K + 1))
@@ -75,15 +75,15 @@ def solve_step(
         block = reduced(
             J, said.zone[mine], rows.zone[mine], rest[mine], weight[mine], share[k], prior.share
         )
-        block.S[np.arange(POSE), np.arange(POSE)] += prior.pose**-2
-        block.b[:POSE] -= pose[k] * prior.pose**-2
+        block.S[np.arange(m), np.arange(m)] += prior.pose[k] ** -2
+        block.b[:m] -= pose[k] * prior.pose[k] ** -2
         blocks.append(block)
-        way = np.linalg.solve(block.S[:POSE, :POSE], block.S[:POSE])  # (6, 6 + G)
-        total += block.S[POSE:, POSE:] - block.S[POSE:, :POSE] @ way[:, POSE:]
-        right += block.b[POSE:] - way[:, POSE:].T @ block.b[:POSE]
+        way = np.linalg.solve(block.S[:m, :m], block.S[:m])  # (7, 7 + G)
+        total += block.S[m:, m:] - block.S[m:, :m] @ way[:, m:]
+        right += block.b[m:] - way[:, m:].T @ block.b[:m]
     cov_told: Array = np.asarray(np.linalg.inv(total), dtype=np.float64)
     dg_told = cov_told @ right
-    parts = [_back(block, dg_told, cov_told) for block in blocks]
+    parts = [_back(block, m, dg_told, cov_told) for block in blocks]
     dp, dz, cov, sigma = (np.array(column) for column in zip(*parts, strict=True))
     dg, shared_cov = prior.middle - shared, np.diag(prior.shared**2)
     dg[told] = dg_told
@@ -112,11 +112,11 @@ def reduced(
     return Block(A - E.T @ DE, b - DE.T @ c, D, E, c)
 
 
-def _back(block: Block, dg: Array, shared_cov: Array) -> tuple[Array, Array, Array, Array]:
-    """A sensor's step and covariance from those of what all share."""
-    P = np.linalg.inv(block.S[:POSE, :POSE])
-    F = P @ block.S[:POSE, POSE:]
-    dp = P @ block.b[:POSE] - F @ dg
+def _back(block: Block, m: int, dg: Array, shared_cov: Array) -> tuple[Array, Array, Array, Array]:
+    """A sensor's step and covariance, m unknowns, from those of what all share."""
+    P = np.linalg.inv(block.S[:m, :m])
+    F = P @ block.S[:m, m:]
+    dp = P @ block.b[:m] - F @ dg
     cov = P + F @ shared_cov @ F.T
     both = np.block([[cov, -F @ shared_cov], [-shared_cov @ F.T, shared_cov]])
     DE = block.E / block.D[:, None]

@@ -53,7 +53,8 @@ def mount_errors(
             {"name": f"seed {seed}"} | _row(errors[-1], late, found, plan.seconds)
             | {"fit_s": perf_counter() - begin}
         )  # fmt: skip
-        told(rows[-1]["name"])
+        told("  ".join(f"{k} {v:.3g}" if isinstance(v, float) else str(v)
+                       for k, v in rows[-1].items()))  # fmt: skip
     return Report("mounts", setup.seed, rows, _checks(np.concatenate(errors), rows))
 
 
@@ -71,7 +72,7 @@ def size_of(error: Array) -> tuple[Array, Array]:
 
 def normalised(error: Array, found: Estimate) -> Array:
     """(K,) mean square of each sensor's six errors over their covariance; 1 on the average."""
-    cov = found.after.step.pose_cov
+    cov = found.after.step.pose_cov[:, :6, :6]
     return np.asarray(np.einsum("ki,kij,kj->k", error, np.linalg.inv(cov), error) / 6)
 
 

@@ -30,7 +30,7 @@ class CalibrateMounts(WhichRobot):
     """'simulated'; 'live', with --sensors and --driver; or the file of a motion (--save)."""
     scene: str = "calibration"
     """What there is to be looked at, true to size: a scene's name, or the path of its TOML file.
-    Static boxes and panels are where it says to 2 mm; movable ones are found."""
+    Static boxes and panels are where it says to 1 mm; movable ones are found."""
     out: Path | None = None
     """Write the overlay that `flinch run --mounts FILE` takes."""
     report: Path | None = None
