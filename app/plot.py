@@ -66,6 +66,24 @@ def plot_tradeoff(rows: list[dict[str, Any]], path: Path) -> None:
     _save(figure, path)
 
 
+def plot_frontier(rows: list[dict[str, Any]], path: Path) -> None:
+    """Obstacles that are kept over returns of the body that pass, a field a distance."""
+    from matplotlib.figure import Figure
+
+    fields = [key for key in rows[0] if key.startswith("kept_")]
+    figure = Figure(figsize=(4.6 * len(fields), 4.2), layout="constrained")
+    for field, key in zip(figure.subplots(1, len(fields), squeeze=False)[0], fields, strict=True):
+        for colour, name in zip(COLOURS, dict.fromkeys(r["filter"] for r in rows), strict=False):
+            mine = [r for r in rows if r["filter"] == name]
+            passed = [max(r["passed"], 1e-6) for r in mine]  # none has no place on such an axis
+            field.plot(passed, [100 * r[key] for r in mine], "o-", color=colour, label=name)
+        field.set(title=key.removeprefix("kept_").replace("_", " ") + " before the body")
+        field.set(xlabel="returns of the body that pass", xscale="log", ylabel="obstacles kept [%]")
+        field.grid(alpha=0.3)
+        field.legend(fontsize="small")
+    _save(figure, path)
+
+
 def plot_ranges(
     rows: list[dict[str, Any]], measured: Sequence[tuple[float, float, float]], path: Path
 ) -> None:

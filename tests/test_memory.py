@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Cell
+from app.messages import Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.memory import CAPACITY, Memory
 from app.perception.rules import Rules
@@ -237,9 +238,23 @@ def test_what_was_looked_at_and_not_seen_again_is_forgotten_soon(robot, skin):
     assert not remembered_later(robot, skin, 0.8, NO_ECHO)
 
 
-def test_what_was_only_seen_right_before_the_arm_itself_is_forgotten_soon(robot, skin):
-    assert remembered_later(robot, skin, 0.15, BAD)
-    assert not remembered_later(robot, skin, 0.05, BAD)
+@pytest.mark.parametrize(("before", "remembered"), [(0.015, False), (0.25, True)])
+def test_what_may_be_the_arm_itself_is_never_remembered(robot, skin, before, remembered):
+    """A point before the upper arm, kept in three frames."""
+    posture, link = robot.posture(robot.home), robot.link_index("upper_arm_link")
+    vertices, T = robot.bodies[link].vertices, robot.posture(robot.home).T_base_link[link]
+    middle = (vertices.min(axis=0) + vertices.max(axis=0)) / 2.0
+    middle[2] = vertices[:, 2].max() + before
+    memory, view = Memory(robot, skin), SkinCloud(robot, skin, Cell()).view(0.0)
+    points, verdict = view.points.copy(), np.full(skin.slots, Verdict.EMPTY, dtype=np.uint8)
+    points[64 * 3 + 27], verdict[64 * 3 + 27] = T[:3, :3] @ middle + T[:3, 3], Verdict.KEPT
+    for i in range(3):
+        seen = replace(
+            view, points=points, verdict=verdict, eps=np.full(skin.slots, 0.01),
+            stamp=np.full(skin.count, i / 15),
+        )  # fmt: skip
+        memory.update(seen, np.array([3]), posture)
+    assert memory.use.any() == remembered
 
 
 def test_what_is_known_to_stand_still_is_as_old_as_its_last_sight(robot, skin, beside):

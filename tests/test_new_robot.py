@@ -12,10 +12,12 @@ import trimesh
 
 from app.cli import Run, main
 from app.cli.bench import Bench
+from app.cli.calibrate.filter import CalibrateFilter
+from app.cli.calibrate.mounts import CalibrateMounts
 from app.cli.calibrate.ranges import CalibrateRanges
 from app.cli.doctor import Doctor
 from app.cli.kernels import Kernels
-from app.cli.skin import CalibrateFilter, SkinCheck, SkinEmulate
+from app.cli.skin import SkinCheck, SkinEmulate
 from app.cli.which import WhichRobot
 from app.config import Params
 from app.errors import RobotError
@@ -205,7 +207,8 @@ def test_a_wish_is_read_from_the_right():
     assert parse_wish("a:b:12") == Wish("a:b", 12)
 
 
-COMMANDS = (Run, Doctor, Bench, Kernels, CalibrateFilter, CalibrateRanges, SkinCheck, SkinEmulate)
+CALIBRATIONS = (CalibrateFilter, CalibrateMounts, CalibrateRanges)
+COMMANDS = (Run, Doctor, Bench, Kernels, *CALIBRATIONS, SkinCheck, SkinEmulate)
 
 
 def test_every_command_that_takes_a_robot_takes_it_by_the_same_flags():

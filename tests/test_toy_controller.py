@@ -59,6 +59,7 @@ def toy():
 
 def test_it_drives_the_arm_from_the_command_line_and_stops_before_the_plate(capsys):
     command = ["run", "--headless", "--seconds", "6", "--rate", "125", "--scene", "front-panel"]
+    command += ["--world", "ideal"]  # it knows nothing of phantoms
     assert main([*command, "--mode", "toy", "--json"]) == 0
     report = json.loads(capsys.readouterr().out)
     row = report["rows"][0]
@@ -92,7 +93,9 @@ def test_it_takes_part_in_the_studies_and_in_their_picture(robot, skin, tmp_path
     assert trial.finite and not trial.fault and max(trial.speed, trial.reach) <= 1e-9
     only = [k for k in taking_part("tradeoff") if k.name in ("toy", "wb", "qp")]
     monkeypatch.setattr(study, "taking_part", lambda name: only)
-    report = study.tradeoff((0.2,), seconds=0.2, cell_seconds=0.2, seeds=1, rate=50.0)
+    report = study.tradeoff(
+        study.Extent(kept=(0.2,), seconds=0.2, cell_seconds=0.2, seeds=1, rate=50.0)
+    )
     assert {r["mode"] for r in report.rows} == {"toy", "wb", "wb with memory", "qp"}
     plot_tradeoff(report.rows, tmp_path / "points.svg")
     assert "toy" in (tmp_path / "points.svg").read_text()

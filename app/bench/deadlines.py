@@ -19,6 +19,7 @@ from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
 from app.robot.skin import Skin, build_skin
 from app.runtime import Engine
+from app.sensing.budget import HONEST
 from app.sensing.open_ports import open_skin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
@@ -47,7 +48,7 @@ def bench_deadlines(watch: Watch, seconds: float = 5.0, seed: int = 0) -> Report
         for n in SENSORS:
             skin = build_skin("many", tuple(own.sensors[i % own.count] for i in range(n)), robot)
             world = World(scene.bodies)
-            eye = SimulatedSkinApart(robot, skin, world, seed)
+            eye = SimulatedSkinApart(robot, skin, world, seed, budget=HONEST)
             eye.wait()
             mine[f"{n} sensors"] = _run(watch, robot, skin, scene, eye, world, rate, seconds)
         with speaking_board(ROBOT, SCENE, seed) as port:

@@ -6,13 +6,13 @@ import numpy as np
 
 from app.judge.reference import first_hit, nearest_of, triangles_of
 from app.messages import Array, Verdict
-from app.perception.casting import NEAR
+from app.perception.casting import DEPTH, NEAR, Aims
+from app.perception.footprint import Fan
 from app.perception.proximity import BodyPairs
 from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
 from app.robot.model import Robot
 from app.robot.posture import Posture
-from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
 
 BAND = 1e-4  # [m] around the threshold in which float32 rays may err
@@ -33,35 +33,36 @@ def filter_disagreements(
         everything = np.concatenate(bodies)
         for k in range(number % 6, skin.count, 6):
             T = posture.T_base_link[skin.link[k]]
-            origin, kind = T[:3, :3] @ skin.origin[k] + T[:3, 3], skin.sensors[k].type
+            origin, radial = T[:3, :3] @ skin.origin[k] + T[:3, 3], skin.sensors[k].type.radial
             for slot in range(skin.first[k], skin.first[k + 1]):
-                reports = [
-                    first_hit(origin, T[:3, :3] @ ray, everything, NEAR)
-                    * (1.0 if kind.radial else ray @ skin.axis[k])
-                    for ray in skin.rays[slot, : judged.rays[slot]]
-                ]
-                gaps = _pulses(np.array(reports), kind) - reported[slot]
-                limit = judged.eps[slot]
-                if np.any(np.abs(np.abs(gaps) - limit) < BAND):
+                rays = directions(judge.fan, k, slot, judged.aims)
+                length = np.linalg.norm(rays, axis=1)
+                unit = rays / length[:, None]
+                hits = np.array([first_hit(origin, T[:3, :3] @ u, everything, NEAR) for u in unit])
+                hits = hits if radial else hits / length
+                depth = DEPTH if rules.footprint else 0.0
+                truth, near = _verdict(hits, reported[slot], judged.eps[slot], depth)
+                if near:
                     continue
-                truth = Verdict.KEPT
-                if np.any(np.abs(gaps) <= limit):
-                    truth = Verdict.SELF
-                elif len(gaps) and gaps[0] < 0.0:
-                    truth = Verdict.BEHIND
                 wrong += judged.verdict[slot] != truth
                 compared += 1
     return int(wrong), compared
 
 
-def _pulses(depth: Array, kind: SensorType) -> Array:
-    """Distances [m] of the groups of returns that merge, near to far; +inf is no return."""
-    rest, out = np.sort(depth[np.isfinite(depth)]), []
-    while len(rest):
-        group = rest <= rest[0] + max(kind.pulse_m, kind.pulse_share * rest[0])
-        out.append(rest[group].mean())
-        rest = rest[~group]
-    return np.array(out)
+def directions(fan: Fan, k: int, slot: int, aims: Aims) -> Array:
+    """(n, 3) directions of unit depth of the rays that stood for a zone, link frame."""
+    a, b = aims.spread[slot] * fan.offset[k, : aims.rays[slot]].T[:, :, None]
+    return np.asarray(fan.centre[slot] + a * fan.across[slot] + b * fan.down[slot])
+
+
+def _verdict(hits: Array, reported: float, eps: float, depth: float) -> tuple[Verdict, bool]:
+    """What a zone saw whose rays end at `hits` (n,), and whether rounding might say otherwise."""
+    before, behind = hits - reported, reported - (hits + depth)
+    outside = np.maximum(np.maximum(before, behind), 0.0)
+    near = bool(np.any(np.abs(outside - eps) < BAND) or abs(behind[0]) < BAND)
+    if np.any(outside <= eps):
+        return Verdict.SELF, near
+    return (Verdict.BEHIND if behind[0] > 0.0 else Verdict.KEPT), near
 
 
 def worst_distance(robot: Robot, cases: int, seed: int) -> tuple[float, int]:

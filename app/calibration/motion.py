@@ -4,6 +4,7 @@ Nothing gives way here: the ways were checked against the cell before, and peopl
 """
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 
@@ -51,7 +52,7 @@ class Drive:
         try:
             self._make_ready()
             self._follow(q[0], np.zeros_like(q[0]), rest)
-            for a, b in zip(q[:-1], q[1:], strict=True):
+            for a, b in pairwise(q):
                 progress(min(done / plan.seconds, 1.0))
                 moves(True)
                 takes = travel_time(b - a, self._speed)

@@ -8,11 +8,11 @@ from html import escape
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.calibration.estimate import Estimate
 from app.calibration.fit import Fit
 from app.errors import ConfigError
-from app.messages import Array
 from app.robot.mounts import MountTable
 
 WIDTH, HEIGHT, LEFT, BELOW = 250, 130, 34, 16
@@ -60,7 +60,7 @@ def page(found: Estimate, title: str) -> str:
     )
 
 
-def spread(fit: Fit, rows: Array | None = None) -> float:
+def spread(fit: Fit, rows: NDArray[np.bool_] | None = None) -> float:
     """[m] robust spread of a fit's residuals, of some rows (N,) or of all."""
     r = fit.residual[fit.weight > 0.0 if rows is None else rows & (fit.weight > 0.0)]
     return 1.4826 * float(np.median(np.abs(r))) if len(r) else float("nan")
@@ -96,26 +96,28 @@ def moved_words(s: MountTable) -> str:
 def _figure(found: Estimate, k: int) -> str:
     s = found.mounts.sensor[k]
     mine = found.before.rows.sensor == k, found.after.rows.sensor == k
-    dots = "".join(
-        f'<path class="{name}" d="{_dots(fit, rows)}"/>'
-        for name, fit, rows in zip(("before", "after"), (found.before, found.after), mine)
-    )  # fmt: skip
+    dots = (
+        f'<path class="before" d="{_dots(found.before, mine[0])}"/>'
+        f'<path class="after" d="{_dots(found.after, mine[1])}"/>'
+    )
     middle = HEIGHT / 2
     axes = (
         f'<path class="axis" d="M{LEFT} 0V{HEIGHT}M{LEFT} {middle}H{WIDTH}"/>'
-        f'<text x="0" y="10">+{1e3 * OFF:.0f}</text><text x="0" y="{HEIGHT}">-{1e3 * OFF:.0f}</text>'
+        f'<text x="0" y="10">+{1e3 * OFF:.0f}</text>'
+        f'<text x="0" y="{HEIGHT}">-{1e3 * OFF:.0f}</text>'
         f'<text x="{WIDTH - 20}" y="{HEIGHT + 12}">{FAR:g} m</text>'
     )
-    left = [1e3 * spread(f, rows) for f, rows in zip((found.before, found.after), mine)]
+    left = [1e3 * spread(found.before, mine[0]), 1e3 * spread(found.after, mine[1])]
     unsure = ' <span class="warn">unsure</span>' if s.unsure else ""
     return (
         f'<figure><svg viewBox="0 0 {WIDTH} {HEIGHT + BELOW}" role="img" '
         f'aria-label="Residuals of {escape(s.name)}">{axes}{dots}</svg><figcaption>'
-        f"<b>{escape(s.name)}</b>{unsure} {left[0]:.1f} &rarr; {left[1]:.1f} mm</figcaption></figure>"
+        f"<b>{escape(s.name)}</b>{unsure} {left[0]:.1f} &rarr; {left[1]:.1f} mm"
+        "</figcaption></figure>"
     )
 
 
-def _dots(fit: Fit, rows: Array) -> str:
+def _dots(fit: Fit, rows: NDArray[np.bool_]) -> str:
     """A path of dots, evenly taken of some rows (N,)."""
     i = np.flatnonzero(rows & (fit.weight > 0.0))
     if len(i) > DOTS:

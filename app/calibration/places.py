@@ -96,7 +96,7 @@ def _assigned(skin: Skin, cost: Array) -> tuple[Place, ...]:
 
 
 def _rotation(sensor: Sensor) -> Rotation:
-    return ROTATIONS[ROTATIONS.index(sensor.rotation_deg)]  # type: ignore[arg-type]
+    return ROTATIONS[ROTATIONS.index(sensor.rotation_deg)]
 
 
 def _some_rests(views: Views, sensors: int) -> Views:

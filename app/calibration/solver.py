@@ -14,6 +14,7 @@ as large as g. Covariances come back the same way.
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.calibration.model import POSE, Predicted, Rows
 from app.messages import Array
@@ -61,7 +62,7 @@ def solve_step(
 ) -> Step:  # fmt: skip
     """weight: (N,) of the rows.   pose: (K, 6) so far, from where it was laid out; share: (K, Z)
     and shared (G,) likewise."""
-    K, G = len(pose), len(shared)
+    K = len(pose)
     told = np.flatnonzero(said.shared.any(axis=0))  # of the rest nothing but the prior is known
     rest = rows.report - said.report
     first = np.searchsorted(rows.sensor, np.arange(K + 1))
@@ -80,20 +81,20 @@ def solve_step(
         way = np.linalg.solve(block.S[:POSE, :POSE], block.S[:POSE])  # (6, 6 + G)
         total += block.S[POSE:, POSE:] - block.S[POSE:, :POSE] @ way[:, POSE:]
         right += block.b[POSE:] - way[:, POSE:].T @ block.b[:POSE]
-    cov_told = np.linalg.inv(total)
+    cov_told: Array = np.asarray(np.linalg.inv(total), dtype=np.float64)
     dg_told = cov_told @ right
     parts = [_back(block, dg_told, cov_told) for block in blocks]
     dp, dz, cov, sigma = (np.array(column) for column in zip(*parts, strict=True))
     dg, shared_cov = prior.middle - shared, np.diag(prior.shared**2)
     dg[told] = dg_told
     shared_cov[np.ix_(told, told)] = cov_told
-    assert dg.shape == (G,)
     return Step(dp, dz, dg, cov, sigma, shared_cov)
 
 
 def reduced(
-    J: Array, J_zone: Array, zone: Array, rest: Array, weight: Array, share: Array, sigma: float
-) -> Block:
+    J: Array, J_zone: Array, zone: NDArray[np.intp], rest: Array, weight: Array, share: Array,
+    sigma: float,
+) -> Block:  # fmt: skip
     """The normal equations of one sensor's rows (N,), sorted by zone, without its zones.
 
     J: (N, m) of all but the zones.   J_zone: (N,).   share: (Z,) so far; sigma: its prior.
@@ -101,7 +102,7 @@ def reduced(
     Z = len(share)
     WJ = J * weight[:, None]
     A, b = J.T @ WJ, WJ.T @ rest
-    D = np.full(Z, sigma**-2) + np.bincount(zone, weight * J_zone**2, Z)
+    D: Array = sigma**-2 + np.bincount(zone, weight * J_zone**2, Z).astype(np.float64)
     c = np.bincount(zone, weight * J_zone * rest, Z) - share * sigma**-2
     E = np.zeros((Z, J.shape[1]))
     if len(zone):

@@ -16,9 +16,10 @@ from app.report import Report
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
+from app.sensing.budget import read_budget
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot_and_skin
+from app.wiring import Setup, build_robot_and_skin, lay_out
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else
@@ -61,7 +62,7 @@ def calibrate(setup: Setup, recording: str) -> Report:
     rules = Rules()
     samples = Samples(robot, skin, rules)
     if recording == "simulated":
-        _simulate(samples, robot, skin, setup.seed)
+        _simulate(samples, robot, setup)
     else:
         _replay(samples, robot, skin, recording)
     link, gap, noise, edge = samples.near(AROUND)
@@ -94,14 +95,16 @@ def histogram_text(histogram: Any) -> str:
     return "|" + "".join(steps[int(np.ceil(9 * n / top))] for n in histogram) + "|"
 
 
-def _simulate(samples: Samples, robot: Robot, skin: Skin, seed: int) -> None:
-    """The arm alone, in postures around home."""
-    eye = SimulatedSkin(robot, skin, World(()), seed, latency=0.0)
-    rng, period = np.random.default_rng(seed), max(s.type.period for s in skin.sensors)
+def _simulate(samples: Samples, robot: Robot, setup: Setup) -> None:
+    """The arm alone, in postures around home; it is seen where it is, and judged as believed."""
+    skin, budget = lay_out(robot), read_budget(setup.world)
+    eye = SimulatedSkin(robot, skin, World(()), setup.seed, latency=0.0, budget=budget)
+    rng, period = np.random.default_rng(setup.seed), max(s.type.period for s in skin.sensors)
     for i in range(POSTURES):
         posture = robot.posture(robot.home + rng.uniform(-1.5, 1.5, robot.n))
+        there = eye.truth.robot.posture(posture.q)
         for j in range(skin.count):  # one whole round of the staggered sensors
-            for frame in eye.poll((i + j / skin.count) * period, posture):
+            for frame in eye.poll((i + j / skin.count) * period, there):
                 samples.add(frame, posture)
 
 

@@ -12,13 +12,18 @@ from app.report import Report
 from app.robot.model import Robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
 from app.robot.skin import Skin, zone_centres
+from app.sensing.budget import IDEAL, Budget, read_budget
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot_and_skin
-from app.world.world import World
+from app.wiring import Setup, build_robot_and_skin, lay_out
+from app.world.motion import Still
+from app.world.shapes import shape_of
+from app.world.tables import PanelShape
+from app.world.world import Body, World
 
 FRAMES = 150  # of a simulated wall: ten seconds
 DISTANCES = (0.05, 0.1, 0.2, 0.6)  # [m] of the simulated walls
+LIGHT = 0.8  # reflectance of the simulated walls
 SQUARE = 2.0  # [degrees] a wall may be turned
 
 
@@ -29,7 +34,7 @@ def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) 
     robot, skin = build_robot_and_skin(setup)
     table = load_ranges(file, skin.slots) if file.exists() else None
     if recording == "simulated":
-        walls = simulated_walls(robot, skin, setup.seed)
+        walls = simulated_walls(robot, lay_out(robot), setup.seed, read_budget(setup.world))
     else:
         if not distance > 0.0:
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
@@ -46,13 +51,16 @@ def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) 
     return Report("calibrate ranges", setup.seed, rows)
 
 
-def simulated_walls(robot: Robot, skin: Skin, seed: int) -> list[tuple[int, float, Array]]:
-    """Sensor, distance [m] and reports (F, n) [m] of walls shown square to every sensor."""
-    world, posture, out = World(()), robot.posture(robot.home), []
-    world.add("wall", {"kind": "box", "size_m": [3.0, 3.0, 0.01]}, (0, 0, 0))
-    eye = SimulatedSkin(robot, skin, world, seed, latency=0.0)
-    now = 0.0
-    for k, sensor in enumerate(skin.sensors):
+def simulated_walls(
+    robot: Robot, skin: Skin, seed: int, budget: Budget = IDEAL
+) -> list[tuple[int, float, Array]]:
+    """Sensor, distance [m] and reports (F, n) [m] of light walls that somebody held square before
+    every sensor, wherever that truly is."""
+    shape = shape_of(PanelShape((3.0, 3.0), 0.01), Path(), "wall")
+    world = World((Body("wall", shape, (0, 0, 0), Still(np.eye(4)), True, LIGHT),))
+    eye, out = SimulatedSkin(robot, skin, world, seed, latency=0.0, budget=budget), []
+    posture, now = eye.truth.robot.posture(robot.home), 0.0
+    for k, sensor in enumerate(eye.truth.skin.sensors):
         eye.muted = set(range(skin.count)) - {k}
         for distance in DISTANCES:
             place = np.eye(4)

@@ -10,7 +10,9 @@ the speed that a distance allows. The sensors are not safety rated and C is far 
 standards ask of such a detection: this shows and slows, it does not certify.
 
 v_h is the pace that a person is assumed to come with or, where the setting asks for it, the
-measured one and a margin. T grows with the age of what was measured.
+measured one and a margin. T grows with the age of what was measured, from `NEW` on; the way that
+something has come within it at its measured speed the distances hold already, see
+`app.perception.steadying`. What is not known of distances they hold too: C is for intrusion.
 """
 
 import numpy as np

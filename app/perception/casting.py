@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.footprint import Fan
-from app.perception.uncertainty import WIDEST, Known, spread, threshold
+from app.perception.uncertainty import (
+    WIDEST,
+    Known,
+    published_threshold,
+    spread,
+    threshold,
+)
 
 NEAR = 0.015  # [m] rays start here: before it is the sensor's own window, after it what it measures
 SLACK = 1e-4  # [m] boxes are this much larger, so that float32 never culls a hit
@@ -175,7 +181,11 @@ def first_look(
         for zone in range(fan.first[k], fan.first[k + 1]):
             aims.done[zone], aims.rays[zone] = 0, 1
             aims.spread[zone] = spread(known, k, reported[zone], 0.0)
-            aims.eps[zone] = threshold(known, k, reported[zone], 0.0)
+            aims.eps[zone] = (
+                threshold(known, k, reported[zone], 0.0)
+                if widely
+                else published_threshold(known, k, reported[zone])
+            )
         for link in range(len(hulls.radius)):
             if not (widely and views.reached[link, k]):
                 continue

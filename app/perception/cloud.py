@@ -14,6 +14,7 @@ from app.messages import Array, Cloud, SensorFrame, Verdict, freeze
 from app.perception.background import Background
 from app.perception.contact import Contacts
 from app.perception.ghosts import Ghosts
+from app.perception.hanging import Hanging
 from app.perception.placing import Lenses, Reports, place_points
 from app.perception.proof import Proof
 from app.perception.rules import Rules
@@ -44,7 +45,7 @@ class SkinCloud:
         )
         self._self_filter = SelfFilter(robot, skin)
         self.static_filter = StaticFilter(cell)
-        self._ghosts = Ghosts(skin)
+        self._ghosts, self._hanging = Ghosts(skin), Hanging(robot, skin)
         self._contacts, self._proof = Contacts(skin), Proof(skin)
         self.background = Background(cell.learned)
         self.reset()
@@ -95,6 +96,8 @@ class SkinCloud:
         place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
+        if rules.doubts_hoses:
+            self._hanging.mark(sensors, reports.distance, points, posture, judged)
         self._ghosts.mark_ghosts(sensors, reports.distance, judged, rules)
         if rules.feels_contact:
             self._contacts.mark(

@@ -63,7 +63,7 @@ def fan_of(skin: Skin) -> Fan:
         cone=_most(angle + np.arctan(WIDEST * farthest), skin),
         radial=np.array([s.type.radial for s in skin.sensors]),
         centre=centre, across=across, down=down, depth=skin.depth, offset=offset,
-        looks=np.array([(s.type.footprint**2, len(p)) for s, p in zip(skin.sensors, patterns, strict=True)]),
+        looks=np.array([((len(p) ** 0.5 + 1) ** 2 // 4, len(p)) for p in patterns], dtype=np.int64),
         width=np.ceil(200.0 * _most(farthest, skin)) / 200.0,
     )  # fmt: skip
 
@@ -87,9 +87,8 @@ def _zones(sensor: Sensor) -> tuple[Array, Array, Array]:
     row, column = np.divmod(np.arange(kind.zones, dtype=np.float64), kind.columns)
     centre = zone_directions(sensor, row, column)
     across, down = (
-        (zone_directions(sensor, row + b, column + a) - zone_directions(sensor, row - b, column - a))
-        / 2.0
-        for a, b in ((0.5, 0.0), (0.0, 0.5))
+        zone_directions(sensor, row + b, column + a) - zone_directions(sensor, row - b, column - a)
+        for a, b in ((0.25, 0.0), (0.0, 0.25))  # of the tangents, which differ hardly over a zone
     )  # fmt: skip
     return centre @ R.T, across @ R.T, down @ R.T
 

@@ -9,8 +9,8 @@ What a carved voxel was part of has probably left with it, so its undecided neig
 as moving.
 
 A place that may be the arm's own body is never remembered, since the arm leaves it and no sensor
-may look at it again: a point nearer to a link than the self filter's threshold and as far as the
-zone may look aside only renews what was seen there before.
+may look at it again: a point nearer to a link than the self filter's threshold and as
+far as the zone may look aside only renews what was seen there before.
 
 A zone carves up to its own depth and its neighbours' less 8 cm (edges mix depths); one that
 saw the robot up to the robot; one without an echo, which dark clothing also gives, up to 0.5 m
@@ -26,7 +26,8 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array, Cloud
 from app.perception import voxels as grid
-from app.perception.carving import KEPT, SIGMAS, Eyes, Seen, carve, what_is_free
+from app.perception.carving import KEPT, Eyes, Seen, carve, what_is_free
+from app.perception.uncertainty import views_aside
 from app.perception.voxels import MOVING, STATIC, UNDECIDED
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -53,7 +54,7 @@ class Memory:
             depth=skin.depth,
             box=np.array(corners).swapaxes(0, 1).copy(),
             noise=skin.traits.noise,
-            aside=_aside(skin),
+            aside=views_aside(skin),
         )
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0
@@ -122,13 +123,6 @@ def _turn(rotation_deg: int, mirrored: bool) -> Array:
     c, s = np.round(np.cos(angle)), np.round(np.sin(angle))
     side = -1.0 if mirrored else 1.0
     return np.array([[side * c, side * s], [-s, c]])
-
-
-def _aside(skin: Skin) -> Array:
-    """(K,) [rad] from a zone's middle to the farthest that it may look: half its diagonal, and as
-    much as its mounting is in doubt."""
-    diagonal = np.array([np.hypot(*s.type.pitch) for s in skin.sensors])
-    return np.asarray(diagonal / 2.0 + SIGMAS * skin.doubt.angle)
 
 
 @compiled

@@ -8,12 +8,14 @@ from app.config import Params
 class Rules(NamedTuple):
     """What perception does beyond the paper; `PUBLISHED` does nothing of it.
 
-    footprint:      up to nine rays a zone before the self filter, for a zone is a cone; else one.
+    footprint:      many rays a zone before the self filter, for a zone is a cone and its
+                    mounting is in doubt; else one.
     two_sided:      points behind the body stay, as the paper's Algorithm 1 has it.
     doubts_ghosts:  a nearer point waits for a second frame or zone.
     memory:         what left the field of view is remembered.
     obstacle_speed: how fast things come nearer is measured.
     feels_contact:  what is nearer than a sensor can measure is at its lens.
+    doubts_hoses:   what lies within the box round a link and nowhere else hangs on it.
     """
 
     footprint: bool = True
@@ -22,9 +24,10 @@ class Rules(NamedTuple):
     memory: bool = True
     obstacle_speed: bool = True
     feels_contact: bool = True
+    doubts_hoses: bool = True
 
 
-PUBLISHED = Rules(False, True, False, False, False, False)
+PUBLISHED = Rules(False, True, False, False, False, False, False)
 
 
 def rules_of(params: Params, as_published: bool) -> Rules:

@@ -34,7 +34,6 @@ from app.perception.casting import (
 )
 from app.perception.footprint import Fan, fan_of
 from app.perception.returns import (
-    KEPT,
     Judgement,
     Returns,
     explain_returns,
@@ -67,10 +66,9 @@ class SelfFilter:
     """
 
     def __init__(self, robot: Robot, skin: Skin, caution: float = 1.0) -> None:
-        self.depth=DEPTH
         self._meshes: tuple[RigidMesh, ...] = robot.rigid
-        self._hulls, self._fan, self._known = _hulls(robot), fan_of(skin), known_of(skin, caution)
-        self._own = _own_returns(robot, self._fan, self._known, self._hulls)
+        self._hulls, self.fan, self._known = _hulls(robot), fan_of(skin), known_of(skin, caution)
+        self._own = _own_returns(robot, self.fan, self._known, self._hulls)
         links, shape = len(self._meshes), self._own.link.shape
         self._returns = Returns(np.empty(shape, np.float32), np.empty(shape, np.int16))
         self._casts = _room_for_casts(links, links * self._own.link.size)
@@ -92,7 +90,7 @@ class SelfFilter:
         qd: (n,) [rad/s] at which the arm moved, None: it stood.
         """
         judged = no_judgement(len(reported)) if into is None else into
-        fan, known, hulls, views = self._fan, self._known, self._hulls, self._views
+        fan, known, hulls, views = self.fan, self._known, self._hulls, self._views
         twist = posture.link_twists(np.zeros(len(posture.q)) if qd is None else qd)
         aim(sensors, posture.T_base_link, twist, fan, hulls, views)
         first_look(sensors, reported, rules.footprint, fan, hulls, known, views, judged.aims)
@@ -105,7 +103,7 @@ class SelfFilter:
         self, sensors: NDArray[np.intp], reported: Array, rules: Rules, judged: Judgement
     ) -> None:
         """Cast the rays that are still to be cast, and judge by all."""
-        fan, casts, aims = self._fan, self._casts, judged.aims
+        fan, casts, aims = self.fan, self._casts, judged.aims
         take_own(sensors, fan, aims, self._own, self._returns)
         enter_boxes(sensors, fan, self._hulls, self._views, aims, casts)
         first = 0
@@ -116,7 +114,7 @@ class SelfFilter:
             first = last
         take_hits(self._known.sensor_of, fan, aims, casts, self._returns)
         explain_returns(
-            sensors, reported, self.depth if rules.footprint else 0.0, rules.two_sided,
+            sensors, reported, DEPTH if rules.footprint else 0.0, rules.two_sided,
             self._known, self._hulls, self._returns, judged,
         )  # fmt: skip
 
@@ -126,7 +124,7 @@ def _own_returns(robot: Robot, fan: Fan, known: Known, hulls: Hulls) -> Returns:
     body is near."""
     shape = (len(fan.centre), fan.offset.shape[1])
     own = Returns(np.full(shape, MISS), np.full(shape, -1, np.int16))
-    for k, mount in enumerate(fan.link):
+    for k in range(len(fan.link)):
         mine = slice(fan.first[k], fan.first[k + 1])
         away = np.full(fan.first[k + 1] - fan.first[k], USUAL)
         for _ in range(2):

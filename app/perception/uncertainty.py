@@ -33,9 +33,10 @@ from app.robot.traits import noise_of
 FRAME_ANGLE = 9e-4
 # [m] links against their meshes (1 to 2 mm) and joints' frames against the nominal ones (0.5 mm)
 BODY = 2.5e-3
-# sigmas along a ray and across it; `flinch experiment frontier` shows what more would cost, and what
-# noise carries beyond them for one frame waits for a second (see `app.perception.ghosts`)
+# sigmas along a ray and across it; `flinch experiment frontier` shows what more would cost, and
+# what noise carries beyond them for one frame waits for a second (see `app.perception.ghosts`)
 SIGMAS, ASIDE = 2.5, 1.5
+BASE, LEAST = 0.02, 0.03  # [m] the paper's threshold; it gives no figure
 WIDEST = 2.5  # half widths of a zone; a lens at its own body would have all around it excused
 
 
@@ -177,6 +178,13 @@ def threshold(known: Known, k: int, distance: float, speed: float) -> float:
 
 
 @compiled
+def published_threshold(known: Known, k: int, distance: float) -> float:
+    """[m] the same where one ray stands for a zone, as in the paper: a few centimetres."""
+    noise = noise_of(known.noise[k, 0], known.noise[k, 1], distance)
+    return max(LEAST, BASE + 3.0 * noise)
+
+
+@compiled
 def spread(known: Known, k: int, distance: float, speed: float) -> float:
     """Half widths of a zone from its middle to the farthest part of the body that it may see.
 
@@ -185,3 +193,10 @@ def spread(known: Known, k: int, distance: float, speed: float) -> float:
     aside = known.position[k] ** 2 + (known.time[k] * speed) ** 2
     angle = np.sqrt(known.angle[k] ** 2 + aside / max(distance, 0.01) ** 2)
     return min(1.0 + known.sigmas[1] * angle / known.half[k], WIDEST)
+
+
+def views_aside(skin: Skin) -> Array:
+    """(K,) [rad] from a zone's middle to the farthest that it may look: half its diagonal, and as
+    much as its mounting is in doubt."""
+    diagonal = np.array([np.hypot(*s.type.pitch) for s in skin.sensors])
+    return np.asarray(diagonal / 2.0 + SIGMAS * skin.doubt.angle)

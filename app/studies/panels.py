@@ -41,7 +41,7 @@ def panels(
     found = list(each(partial(run_panel, seconds=seconds, world=world, rate=rate), specs, jobs))
     rows, checks = [], []
     for scene in SCENES:
-        more, check = _compared(scene, [r for r in found if r["scene"] == scene])
+        more, check = compared(scene, [r for r in found if r["scene"] == scene])
         rows += more
         checks.append(check)
     return Report("panels", seed, rows, checks)
@@ -60,7 +60,7 @@ def run_panel(spec: PanelSpec, seconds: float, world: str, rate: float) -> dict[
     }
 
 
-def _compared(scene: str, found: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], Check]:
+def compared(scene: str, found: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], Check]:
     """Rows of one scene: each controller, and their difference with its interval."""
     steady = {(r["mode"], r["seed"]): r["steady_m"] for r in found}
     seeds = sorted({r["seed"] for r in found})

@@ -61,20 +61,32 @@ class PointSpec(NamedTuple):
     world: str
 
 
-def tradeoff(
-    kept: tuple[float, ...] = (0.10, 0.15, 0.20, 0.25, 0.30), seconds: float = 8.0,
-    cell_seconds: float = 40.0, seed: int = 0, seeds: int = 3, rate: float = 125.0,
-    jobs: int = 1, world: str = "honest",
-) -> Report:  # fmt: skip
-    """Every mode, scene and distance; the rows are the points of the plot, of `seeds` runs each.
+@dataclass(frozen=True)
+class Extent:
+    """What is run: scenes, distances kept [m], length [s] of runs before a plate and beside the
+    person, how many of each point, and the rate [Hz] of their ticks."""
 
-    cell_seconds: of the runs beside the person.   world: error budget of the simulation.
+    scenes: tuple[str, ...] = (*PLATES, CELL)
+    kept: tuple[float, ...] = (0.10, 0.15, 0.20, 0.25, 0.30)
+    seconds: float = 8.0
+    cell_seconds: float = 40.0
+    seeds: int = 3
+    rate: float = 125.0
+
+
+def tradeoff(
+    extent: Extent = Extent(), seed: int = 0, *, jobs: int = 1, world: str = "honest"
+) -> Report:
+    """Every controller; the rows are the points of the plot, each of several seeds.
+
+    world: error budget of the simulation.
     """
+    e = extent
     runs = [(kind.name, memory) for kind in taking_part("tradeoff") for memory in kind.memory]
-    points = [Point(scene, *run, d) for scene in (*PLATES, CELL) for run in runs for d in kept]
+    points = [Point(scene, *run, d) for scene in e.scenes for run in runs for d in e.kept]
     specs = [
-        PointSpec(p, cell_seconds if p.scene == CELL else seconds, seed + i, rate, world)
-        for p in points for i in range(seeds)
+        PointSpec(p, e.cell_seconds if p.scene == CELL else e.seconds, seed + i, e.rate, world)
+        for p in points for i in range(e.seeds)
     ]  # fmt: skip
     found = dict(each(run_spec, specs, jobs))
     rows = [mean([found[s] for s in specs if s.point == p]) for p in points]

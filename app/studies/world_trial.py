@@ -108,8 +108,9 @@ def _engine(
     budget = read_budget(spec.world)
     if spec.mode == ORACLE:  # what its sensors say is nothing to it, as long as they speak
         budget = replace(
-            IDEAL, encoders=budget.encoders, kinematics=budget.kinematics, body=budget.body
-        )
+            IDEAL, encoders=budget.encoders, kinematics=budget.kinematics, body=budget.body,
+            mounting=budget.mounting,  # hoses are tied where they are in no sensor's view
+        )  # fmt: skip
     source = SimulatedSkin(robot, skin, world, spec.seed, budget=budget)
     arm = SimulatedArm(robot, noise=source.truth.encoders, seed=spec.seed)
     return assemble(robot, skin, arm, source, world, ManualClock(), start, spec.rate)

@@ -26,7 +26,8 @@ def body_of(table: BodyTable, folder: Path, where: str) -> tuple[Body, Box | Non
     shape = shape_of(table.shape, folder, where)
     movable = not table.static if table.movable is None else table.movable
     colour = (int(table.colour[1:3], 16), int(table.colour[3:5], 16), int(table.colour[5:7], 16))
-    body = Body(table.name, shape, colour, motion_of(table.motion, T, where), movable)
+    motion = motion_of(table.motion, T, where)
+    body = Body(table.name, shape, colour, motion, movable, table.reflectance)
     if not table.static:
         return body, None
     low, high = shape.vertices.min(axis=0), shape.vertices.max(axis=0)

@@ -96,7 +96,10 @@ MotionTable = StillMotion | LineMotion | WaypointsMotion | CircleMotion
 
 
 class BodyTable(Table, frozen=True):
-    """One `[[body]]`. A static one is part of the known cell, with a margin around it."""
+    """One `[[body]]`. A static one is part of the known cell, with a margin around it.
+
+    reflectance: of its surface for a sensor's light; left out, a seed draws it.
+    """
 
     name: Name
     shape: ShapeTable
@@ -107,6 +110,7 @@ class BodyTable(Table, frozen=True):
     static: bool = False
     margin_m: NotNegative = 0.03
     motion: MotionTable | None = None
+    reflectance: Annotated[float, Meta(gt=0, le=1)] | None = None
 
 
 class StopTable(Table, frozen=True):

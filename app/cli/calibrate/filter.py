@@ -18,11 +18,14 @@ class CalibrateFilter(WhichRobot):
     """Table of each zone's range error, from `flinch calibrate ranges`."""
     seed: int = 0
     """Seed of a simulated calibration."""
+    world: str = "honest"
+    """How far the simulated truth is from the layout: as in `flinch run`."""
     json: bool = False
     """Print one JSON object."""
 
     def __call__(self) -> None:
         from app.checks.filter_calibration import calibrate
 
-        report = calibrate(self.setup(seed=self.seed, ranges=self.ranges), self.recording)
+        setup = self.setup(seed=self.seed, ranges=self.ranges, world=self.world)
+        report = calibrate(setup, self.recording)
         print(report.to_json() if self.json else report.to_text())

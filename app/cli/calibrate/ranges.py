@@ -20,12 +20,14 @@ class CalibrateRanges(WhichRobot):
     """Distance of a recorded wall from the lens [m]."""
     seed: int = 0
     """Seed of the simulated sensors."""
+    world: str = "honest"
+    """How far the simulated truth is from the layout: as in `flinch run`."""
     json: bool = False
     """Print one JSON object."""
 
     def __call__(self) -> None:
         from app.checks.range_calibration import calibrate_ranges
 
-        setup = self.setup(seed=self.seed)
+        setup = self.setup(seed=self.seed, world=self.world)
         report = calibrate_ranges(setup, self.recording, self.distance, self.file)
         print(report.to_json() if self.json else report.to_text())

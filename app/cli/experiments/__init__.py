@@ -6,8 +6,10 @@ from typing import Annotated
 import tyro
 
 from app.cli.experiments.faults import Faults
+from app.cli.experiments.frontier import Frontier
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.panels import Panels
+from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
 from app.cli.experiments.tradeoff import Tradeoff
 from app.cli.experiments.worlds import Worlds
@@ -22,6 +24,8 @@ class Experiment:
         | Annotated[Mounts, tyro.conf.subcommand("mounts", prefix_name=False)]
         | Annotated[Faults, tyro.conf.subcommand("faults", prefix_name=False)]
         | Annotated[Panels, tyro.conf.subcommand("panels", prefix_name=False)]
+        | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
+        | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]
         | Annotated[Tradeoff, tyro.conf.subcommand("tradeoff", prefix_name=False)]
     ]

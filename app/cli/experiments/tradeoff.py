@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from app.errors import ConfigError
 
@@ -10,7 +11,13 @@ from app.errors import ConfigError
 class Tradeoff:
     """Run every controller in the paper's scenes, over the distance that is kept."""
 
-    seconds: float = 10.0
+    scenes: tuple[Literal["front-panel", "side-panel", "cell"], ...] = (
+        "front-panel", "side-panel", "cell",
+    )  # fmt: skip
+    """The plates, and the cell with its person."""
+    kept: tuple[float, ...] = (0.10, 0.15, 0.20, 0.25, 0.30)
+    """Distances that are kept [m]."""
+    seconds: float = 8.0
     """Length of each run before a plate [s]."""
     cell_seconds: float = 40.0
     """Length of the runs beside the person [s]."""
@@ -28,6 +35,8 @@ class Tradeoff:
     """Print one JSON object."""
 
     def __post_init__(self) -> None:
+        if not (self.scenes and self.kept):
+            raise ConfigError("scenes and kept must not be empty; give one of each, or leave out")
         if min(self.seeds, self.jobs) < 1 or not (
             0.0 < self.seconds < 1e6 and 0.0 < self.cell_seconds < 1e6
         ):
@@ -38,12 +47,10 @@ class Tradeoff:
             check_plot(self.plot)
 
     def __call__(self) -> None:
-        from app.studies.tradeoff import tradeoff
+        from app.studies.tradeoff import Extent, tradeoff
 
-        report = tradeoff(
-            seconds=self.seconds, cell_seconds=self.cell_seconds, seed=self.seed, seeds=self.seeds,
-            jobs=self.jobs, world=self.world,
-        )  # fmt: skip
+        extent = Extent(self.scenes, self.kept, self.seconds, self.cell_seconds, self.seeds)
+        report = tradeoff(extent, self.seed, jobs=self.jobs, world=self.world)
         if self.plot is not None:
             from app.plot import plot_tradeoff
 
