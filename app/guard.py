@@ -45,6 +45,7 @@ class Guard:
         self._skin, self._cones = skin, cones_of(skin)
         self._connected: NDArray[np.bool_] = np.zeros(skin.count, dtype=bool)
         self._turns = 0  # of the zones' losses that `unseen` knows of
+        self._repeats = False  # does any sensor repeat what was?
         self._late = ""  # why the arm is slowed for late sensors
         self._begin = begin
         self._supervisor = Supervisor(Mode.IDLE, 0.0, NOT_SEEN)
@@ -76,7 +77,7 @@ class Guard:
 
     def believed(self, frames: Sequence[SensorFrame]) -> Sequence[SensorFrame]:
         """Without those that repeat what was: an arm would give way to its own trace."""
-        if not (self.unable == Unable.FROZEN).any():
+        if not self._repeats:
             return frames
         return [f for f in frames if self.unable[f.sensor] != Unable.FROZEN]
 
@@ -137,6 +138,7 @@ class Guard:
         if same and self._turns == self.health.turns:
             return
         self.unable, self._connected = freeze(unable), connected.copy()
+        self._repeats = bool((unable == Unable.FROZEN).any())
         self._turns, owner = self.health.turns, self._skin.sensor_of
         lost = self.health.lost | ~np.isin(unable, PARTLY)[owner]
         tell = self._cones.blocks(~lost & connected[owner])

@@ -217,3 +217,14 @@ def test_the_page_shows_the_cones_that_nobody_watches_and_says_why(robot, skin):
         assert "silent" in page.health.table.content
     finally:
         page.stop()
+
+
+def test_a_sensor_that_never_speaks_is_not_waited_for_as_long_as_one_that_has(robot, skin):
+    one = build_skin("one", skin.sensors[:1], robot)
+    health = SkinHealth(one)
+    health.connect(np.array([True]))
+    unable = [health.unable(t, 0.6, 0.0)[0] for t in (0.25, 0.35)]
+    assert unable == [Unable.SEES, Unable.SILENT]
+    health.update([frame(0, 0.4, 0.8)], 0.4)
+    unable = [health.unable(t, 0.6, 0.0)[0] for t in (0.95, 1.05)]
+    assert unable == [Unable.SEES, Unable.SILENT]

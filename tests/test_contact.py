@@ -128,12 +128,12 @@ def test_a_hand_on_a_window_is_given_way_to_and_not_gone_back_into(robot, skin, 
     assert s.command.activation > 0.0
     if falls_silent:
         bench.eye.muted.add(SENSOR)
-    for _ in range(40):
-        before, s = s, bench.run(0.1)
-        gap = np.linalg.norm(lens_of(s, skin) - hand) - 0.05
-        assert gap > 0.0 and s.status.mode is Mode.RUNNING
-    assert gap > 0.05  # it has gone away from it and stays there
-    assert np.abs(s.joints.q - before.joints.q).max() < 2e-3
+    gaps = []
+    for _ in range(20):
+        s = bench.run(0.1)
+        gaps.append(np.linalg.norm(lens_of(s, skin) - hand) - 0.05)
+        assert gaps[-1] > 0.0 and s.status.mode is Mode.RUNNING
+    assert min(gaps[10:]) > 0.05  # it has gone away and stays away, though its goal is there
 
 
 def lens_of(s, skin):

@@ -17,6 +17,7 @@ POOR_SHARE = 0.5  # more bad zones than this, on average, is poor
 REPEATS = 5  # frames in a row with the same values in every zone: noise alone would differ
 MOVED = 0.02  # [rad or m] of a joint: a centimetre or two at a lens, which no sensor misses
 REJECTED = 5  # frames in a row in which a zone is of no use: it is lost until the next that is
+FIRST = 0.1  # [s] that a sensor may need for its first frame beyond the age that one may have
 LOST_SHARE = 0.25  # of the zones: from then on the sensor is told of by name
 FEW = 3  # zones with a target below which sameness says nothing: so few may repeat by chance
 AT_LENS, COVERED_SHARE = 0.02, 0.5  # [m] and share of zones that make a sensor saturated
@@ -98,7 +99,8 @@ class SkinHealth:
 
     def unable(self, now: float, limit: float, since: float) -> NDArray[np.uint8]:
         """(K,) of `Unable`: silent for more than `limit` [s], counted from `since`, frozen, or of
-        bad statuses; what is not connected is not missed."""
+        bad statuses; what is not connected is not missed. A sensor that has not spoken at all since
+        then is not waited for so long."""
         out = np.empty(len(self._connected), dtype=np.uint8)
         _unable(self._figures, self._connected, now, limit, since, out)
         return out
@@ -201,7 +203,8 @@ def _unable(
         if not connected[k]:
             continue
         first, last = figures.first[k], figures.first[k + 1]
-        if now - max(figures.last[k], since) > limit:
+        first_by = figures.traits.oldest[k] + FIRST if figures.last[k] < since else limit
+        if now - max(figures.last[k], since) > min(limit, first_by):
             out[k] = SILENT_
         elif figures.stuck[k]:
             out[k] = FROZEN_

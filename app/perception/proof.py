@@ -3,9 +3,9 @@
 No return is honest emptiness, a dead receiver or something black before the window. Two things
 tell them apart. The arm's own body: where it is well in the way of a zone and near, that zone has
 to return something; a sensor of which hardly any such zone does, `MISSED` frames in a row, is dark.
-And what it has just seen: a surface in a quarter of the zones, not near enough to slip out of the
-view between two frames nor so far that it may fade, does not vanish from all zones at once. A dark
-sensor is believed again as soon as a quarter of its zones return something, or those that must.
+And what it has just seen: a surface in `MANY` zones, not near enough to slip out of the view
+between two frames nor so far that it may fade, does not vanish from all zones at once. A dark
+sensor is believed again as soon as `AGAIN` of its zones return something, or those that must.
 """
 
 from typing import NamedTuple
@@ -24,9 +24,10 @@ BODY = 0.3  # [m] an own body nearer than this is seen whatever it is made of
 FEW = 6  # zones with the body in their way that make a frame tell
 HARDLY = 0.8  # of them return nothing
 MISSED = 5  # frames in a row
-# [m] a surface between these, in 16 zones and a quarter of them all, stays from frame to frame:
-# at the nearer end a view of 45 degrees is 25 cm wide, which is 3.7 m/s at 15 Hz
-STAYS, MANY, QUARTER = (0.3, 1.2), 16, 4
+# [m] a surface between these stays from frame to frame: at the nearer end a view of 45 degrees is
+# 25 cm wide, which is 3.7 m/s at 15 Hz
+STAYS = (0.3, 1.2)
+MANY, AGAIN = 8, 4  # zones; a stray return of one or two is no sight
 SEES, DARK = int(Unable.SEES), int(Unable.DARK)
 
 
@@ -86,9 +87,9 @@ def _weigh(
         proven = must >= FEW and missing < HARDLY * must
         if must >= FEW:
             known.missed[k] = 0 if proven else known.missed[k] + 1
-        vanished = nothing == last - first and known.before[k] >= max(MANY, nothing // QUARTER)
+        vanished = nothing == last - first and known.before[k] >= MANY
         if known.missed[k] >= MISSED or vanished:
             known.unable[k] = DARK
-        elif proven or seen * QUARTER >= last - first:
+        elif proven or seen >= AGAIN:
             known.unable[k] = SEES
         known.before[k] = stays

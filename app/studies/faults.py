@@ -4,7 +4,9 @@ Experiment X6 of the specification, widened. Half a second after the start some 
 one of the ways of `app.studies.faulty_skin`, or a hand lies on a window from the start. Before the
 plate it is those that look most towards the goal, in the cell any, the same ones and more of them
 for each number. The target is that the arm moves into nothing, and that with one sensor less a
-laboratory's day goes on: most of the work is done that is done with all of them.
+laboratory's day goes on: most of the work is done that is done with all of them. The work is the
+way along the program, and before the plate, behind which the goal lies, how near the tool has come
+to it.
 """
 
 import time
@@ -16,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.actions import AddObstacle
-from app.control.goals import goal_error
 from app.judge.contact import Contacts
 from app.judge.run import JUDGED_EVERY
 from app.judge.truth import TrueDistance
@@ -113,7 +114,8 @@ class _Watch:
         self._truth, self._contacts = truth, Contacts(plant.robot, truth, self._avoided)
         self._moving = np.flatnonzero(plant.robot.supports.any(axis=1))
         self._cell, self._judged, self._failed = cell, -np.inf, False
-        self._least, self._way, self._far = np.inf, 0.0, np.nan
+        self._least, self._way = np.inf, 0.0
+        self._begin = self._nearest = np.nan  # [m] from the goal, at first and at best
         self._speed: list[float] = []
         self._goal: Array | None = None
         self._words: Counter[str] = Counter()
@@ -129,16 +131,17 @@ class _Watch:
         self._goal = toward
         if s.stamp < self._judged + JUDGED_EVERY:
             return
-        if np.isnan(self._far):
-            self._far = float(np.linalg.norm(toward - at))
+        far = float(np.linalg.norm(toward - at))
+        self._begin = far if np.isnan(self._begin) else self._begin
+        self._nearest = float(np.fmin(self._nearest, far))
         if self._failed:
             self._speed.append(float(np.abs(s.joints.qd).max()))
             self._words[s.advice or s.status.reason] += 1
         self._judged, links = s.stamp, self._plant.true_poses()
         bodies = [b for b in s.world if b.view.name not in self._cell]
         self._contacts.update(s.stamp, s.joints.q, s.joints.qd, links, bodies)
-        far = self._truth.measure(links, self._plant.world, self._cell)[self._moving]
-        self._least = min(self._least, float(far.min()))
+        apart = self._truth.measure(links, self._plant.world, self._cell)[self._moving]
+        self._least = min(self._least, float(apart.min()))
 
     def _fail(self, s: Snapshot) -> None:
         chosen, spec = self._chosen(s), self._spec
@@ -165,7 +168,6 @@ class _Watch:
     def row(self, s: Snapshot) -> dict[str, Any]:
         """What came of it; `s` is the last tick's."""
         spec, own = self._spec, [c for c in self._contacts.found if c.moved_into]
-        towards = self._far - goal_error(s.T_base_tool, s.goal.T_base_tool)[0]
         return {
             "name": f"{spec.scene} {spec.kind} {spec.sensors}",
             "scene": spec.scene,
@@ -177,7 +179,7 @@ class _Watch:
             "own_mps": max((c.own for c in self._contacts.found), default=0.0),
             "least_m": self._least,
             "speed_rad_s": float(np.mean(self._speed)),
-            "way_m": self._way if spec.scene == CELL else towards,
+            "way_m": self._way if spec.scene == CELL else self._begin - self._nearest,
             "blind": s.blind,
             "status": f"{s.status.mode.value}: {s.status.reason}",
             "advice": self._words.most_common(1)[0][0],
