@@ -211,7 +211,9 @@ def test_what_stands_still_and_is_known_well_is_told_as_it_was(posture):
 def test_what_comes_is_told_where_it_is_by_now(posture):
     rows = believed(posture, 0.0, 0.1, 0.5, 0.0, ticks=1)
     assert rows.distance[0] == pytest.approx(0.4 - UNSURE - 0.05)
-    assert believed(posture, 0.0, 9.0, 0.5, 0.0, ticks=1).distance[0] > 0.4 - UNSURE - 0.16
+    assert believed(posture, 0.0, 9.0, 0.5, 0.0, ticks=1).distance[0] > 0.4 - UNSURE - 0.11
+    creeps = believed(posture, 0.0, 0.2, 0.08, 0.0, ticks=1)
+    assert creeps.distance[0] == pytest.approx(0.4 - UNSURE)
     faster = believed(posture, 0.0, 0.1, 0.5, 0.1, ticks=1)
     assert faster.approach[0] == pytest.approx(0.6)
 
