@@ -107,7 +107,7 @@ class Guard:
         if connected and silent >= SILENT_SHARE * connected:
             self.fault(f"{silent} of {connected} sensors silent for more than {silence:g} s", x.now)
         self._look(x.source.connected, self.health.unable(x.now, silence + LONGER, since), unable)
-        if self.blind_share >= BLIND_STOP:
+        if self.blind_share >= BLIND_STOP and self.mode is not Mode.IDLE:  # nor before they spoke
             count = int(np.count_nonzero(self.unable))
             self.fault(f"{count} of {connected} sensors cannot see: {self._listed()}", x.now)
         share, slow_after, self._late = 1.0, SLOWS * silence, ""

@@ -13,6 +13,7 @@ from app.cell.parts import Cell
 from app.compiled import Progress, told
 from app.config import MODES, Params, change, tunables
 from app.control.controller import Situation
+from app.control.manipulability import _gradient
 from app.control.unseen import Unseen
 from app.messages import Command, Goal, JointState, Pairs, SensorFrame, freeze
 from app.perception.perception import Perception
@@ -89,7 +90,8 @@ def _full_frame(k: int, kind: SensorType, stamp: float, depth: float) -> SensorF
 
 
 def _seldom(brain: Brain, perception: Perception, stamp: float) -> None:
-    """What only happens when something moves, sensors cannot tell, or a tick fails."""
+    """What only happens when something moves, an arm is stretched, sensors cannot tell, or a tick
+    fails."""
     perception._memory.mark_moving(np.zeros((1, 3)), stamp)
     robot = brain.robot
     nothing, none = np.empty((0, 3)), np.empty(0, dtype=np.int64)
@@ -99,6 +101,8 @@ def _seldom(brain: Brain, perception: Perception, stamp: float) -> None:
         robot.posture(robot.home), JointState(stamp, robot.home, np.zeros(robot.n)),
         nothing_near, None, brain.params, 0.004, 1.0, np.zeros(robot.n),
     )  # fmt: skip
+    if robot.n == 6:  # of another arm there is no gradient
+        _gradient(still.posture.J_base, np.eye(6), 1.0, np.zeros(6))
     brain._controllers._unseen.slowed(Command(qd=np.ones(robot.n)), still, everything)
     nowhere = JointState(stamp, np.full(robot.n, np.nan), np.zeros(robot.n))
     brain.tick(replace(_inputs(robot, brain.skin, stamp, 0.3), joints=nowhere, frames=()))

@@ -356,7 +356,7 @@ def test_nothing_is_read_by_a_loader_that_could_run_code() -> None:
     """
     among_ourselves = {"simulation.py", "simulated_apart.py"}
     running = re.compile(
-        r"\b(pickle|marshal|shelve|dill|joblib|yaml)\b|\b(eval|exec)\(|allow_pickle"
+        r"\b(pickle|marshal|shelve|dill|joblib|yaml)\b|\b(eval|exec)\(|allow_pickle(?!=False)"
     )
     files = [*(Path(__file__).parents[1] / "app").rglob("*.py")]
     assert len(files) > 50

@@ -103,7 +103,7 @@ def test_a_sensor_that_must_see_the_arm_and_does_not_is_dark(robot, skin):
         body = cloud.newest().gap + 0.5
         link = cloud.newest().link
         must = (link >= 0) & (body > 0.02) & (body < 0.3)
-        looks = np.flatnonzero(np.bincount(skin.sensor_of[must], minlength=skin.count) >= 16)
+        looks = np.flatnonzero(np.bincount(skin.sensor_of[must], minlength=skin.count) >= 24)
         assert len(looks) > 0
         for i in range(1, 8):
             for k in looks:

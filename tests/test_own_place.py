@@ -21,7 +21,7 @@ def place(tmp_path, monkeypatch):
 
 
 def test_the_sensors_on_the_upper_arm_see_past_their_covers_and_the_arm_gives_way(place):
-    setup = Setup(skin=place["skin"], cell=place["cell"], scene=place["scene"])
+    setup = Setup(skin=place["skin"], cell=place["cell"], scene=place["scene"], world="ideal")
     engine = build_engine(setup, ManualClock())
     assert blind_words(engine.robot, engine.skin) == () == engine.warnings
     arm, cover = (engine.robot.link_index(f"upper_arm_{x}") for x in ("link", "cover"))

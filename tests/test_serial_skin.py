@@ -184,7 +184,8 @@ def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
         joints = JointState(now, robot.home + qd * now, qd)
         if i % 20 == 0:  # early ones show the shortest way, then one is late
             t = now if i < 400 else now - late
-            port.say(raw(15, i // 20, round(t * 1e6), 600), now)
+            mm = 600 + i // 20 % 2  # what repeats itself while it is moved is frozen
+            port.say(raw(15, i // 20, round(t * 1e6), mm), now)
         frames, said = listen(source, now, robot.posture(joints.q), 0.5)
         x = Inputs(i, now, 0.004, 0.0, joints, still, ArmReport(), frames, said)
         cloud = brain.tick(x).cloud

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from app.calibration.estimate import Estimate, estimate_mounts
+from app.calibration.estimate import Estimate, estimate_mounts, stated_cov
 from app.calibration.planes import planes_of
 from app.calibration.session import Pace, gather, plan_motion, read_scene
 from app.messages import Array
@@ -72,7 +72,7 @@ def size_of(error: Array) -> tuple[Array, Array]:
 
 def normalised(error: Array, found: Estimate) -> Array:
     """(K,) mean square of each sensor's six errors over their covariance; 1 on the average."""
-    cov = found.after.step.pose_cov[:, :6, :6]
+    cov = stated_cov(found.after)
     return np.asarray(np.einsum("ki,kij,kj->k", error, np.linalg.inv(cov), error) / 6)
 
 
