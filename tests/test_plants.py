@@ -148,9 +148,9 @@ def test_a_learned_post_bounds_the_motion_that_it_no_longer_holds_back(robot, sk
     bench.run(0.5, post, SetMode(Mode.HOLDING))
     learned = bench.run(3.2, LearnBackground(3.0))
     assert len(learned.background.preview) > 10
-    at_rest = bench.run(0.5, KeepBackground())
-    # it holds nothing back any more, nor what is remembered of its upper end, which was not learned
-    assert at_rest.body.minimum > 0.3
+    # its upper end was seen only before it was learned, and is remembered as an obstacle
+    at_rest = bench.run(0.5, KeepBackground(), SetParams({"memory": False}))
+    assert at_rest.body.minimum > 0.4  # it holds nothing back any more
     T = np.array(at_rest.T_base_tool)
     T[:3, 3] = place  # in the middle of the post
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
@@ -159,7 +159,7 @@ def test_a_learned_post_bounds_the_motion_that_it_no_longer_holds_back(robot, sk
     for _ in range(800):
         s = bench.run(0.01)
         true.append(truth.measure(s.T_base_link, bench.world).min())
-    assert 0.0 < min(true) < 0.2  # nearer than it keeps of what it sees, and it stayed off
+    assert 0.0 < min(true) < 0.1  # it came near and stayed off
     assert s.body.minimum > 0.3  # and not for what was seen of it
 
 
