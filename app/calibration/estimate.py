@@ -14,7 +14,9 @@ from app.robot.model import Robot
 from app.robot.mounts import MountsTable, MountTable
 from app.robot.skin import Skin
 
-SURE_MM, SURE_DEG = 1.0, 0.12  # one sigma of a component; beyond either a sensor is unsure
+# one sigma of a component; beyond either a sensor is hardly better known than it was laid out, and
+# unsure
+SURE_MM, SURE_DEG = 1.8, 0.21
 NEAR = 0.45  # [m] looks that tell a shift from a share
 FEWEST = 300  # rows of a sensor
 CLOSER = "stand a board or a wall before it, 0.15 to 0.4 m away, and turn it about there"
