@@ -16,8 +16,9 @@ from app.robot.skin import Sensor, build_skin
 from app.robot.tables import Bodies, Choice
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.studies.headless import run
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 from app.world.world import World
 
 SIZE = (0.08, 0.10, 0.30)  # [m] of every link's box, standing on its frame
@@ -248,7 +249,7 @@ def collection(monkeypatch, **modules):
 
 
 def test_a_public_description_is_loaded_by_name(crane, monkeypatch):
-    from app.wiring import build_robot
+    from app.choices import build_robot
 
     collection(monkeypatch, crane_description={"URDF_PATH": str(crane)})
     robot = build_robot(Setup(robot="robot_descriptions:crane_description"))

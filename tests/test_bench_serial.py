@@ -3,7 +3,7 @@
 import pytest
 
 from app.bench.serial import bench_serial, pattern
-from app.wiring import Setup
+from app.setup import Setup
 
 
 def checks(seconds):

@@ -12,8 +12,9 @@ from app.robot.blind import blind_sensors, blind_words
 from app.robot.model import find_robot, load_robot, load_urdf
 from app.robot.skin_file import load_skin
 from app.robot.tables import Choice
+from app.setup import Setup
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 
 @pytest.fixture(autouse=True)

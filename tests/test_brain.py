@@ -18,9 +18,10 @@ from app.plant.recorded import RecordedPlant
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.tick import ArmReport, Limits
 from app.timing import ManualClock
-from app.wiring import Setup, Start, assemble, build_engine
+from app.wiring import Start, assemble, build_engine
 from app.world.world import World
 
 CELL = Setup(scene="cell", seed=1, rate=125.0, program="door-screws")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from app.config import Params
+from app.setup import Setup
 from app.studies.headless import run, summary
-from app.wiring import Setup
 
 
 def steady_true_distance(scene, mode, seconds=8.0):

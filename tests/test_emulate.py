@@ -14,6 +14,7 @@ from app.robot.skin_file import load_skin
 from app.sensing.port_spec import named_sensors
 from app.sensing.replay import read_recording
 from app.sensing.wire.detect import FORMATS
+from app.setup import Setup
 from app.timing import ManualClock, WallClock
 from app.virtual.skin.emulate import (
     Emulation,
@@ -24,7 +25,6 @@ from app.virtual.skin.emulate import (
     send_frames,
 )
 from app.virtual.skin.faults import Faults, FaultyWire, mirrored, parse_faults
-from app.wiring import Setup
 
 
 class Spool:

@@ -10,8 +10,9 @@ from app.robot.arm import SimulatedArm
 from app.sensing.budget import HONEST, IDEAL, Budget, read_budget
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.truth import draw_truth
+from app.setup import Setup
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 from app.world.world import World
 
 

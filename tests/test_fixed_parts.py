@@ -3,8 +3,9 @@
 import numpy as np
 
 from app.messages import Verdict
+from app.setup import Setup
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 URDF = """<robot name="two"><link name="base"><collision><geometry><box size="0.1 0.1 0.1"/>
 </geometry></collision></link><link name="arm"><collision><origin xyz="0 0 0.2"/><geometry>

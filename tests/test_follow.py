@@ -10,9 +10,10 @@ from app.cli import main
 from app.errors import SensorError
 from app.messages import Verdict
 from app.robot.model import find_robot, load_robot
+from app.setup import Setup
 from app.timing import WallClock
 from app.virtual.skin.wearer import wearer
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 from tests.virtual_ur import VirtualUr
 
 CLOCK = WallClock()

@@ -5,8 +5,9 @@ import pytest
 
 from app.config import Params
 from app.errors import ConfigError
+from app.setup import Setup
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 NEAR = Setup(scene="side-panel", rate=100, seed=3, world="ideal")
 

@@ -9,14 +9,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from app.choices import build_robot_and_skin
 from app.sensing.latency import ESTIMATED, TOLD, latency, latency_words, with_stamp_doubt
 from app.sensing.open_ports import open_skin
 from app.sensing.port_spec import PortSpec, parse_ports
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.wire import binary, f_line, lines, table
 from app.sensing.wire.detect import FORMATS
+from app.setup import Setup
 from app.timing import WallClock
-from app.wiring import Setup, build_robot_and_skin
 from tests.ports import HandPort, raw
 
 FORMAT = st.sampled_from(["", *FORMATS])

@@ -25,7 +25,7 @@ from app.robot.draft import Wish, parse_wish, write_draft
 from app.robot.model import find_robot, load_robot
 from app.robot.skin_file import load_skin
 from app.robot.tables import Choice
-from app.wiring import Setup
+from app.setup import Setup
 
 TEMPLATE = find_robot("template")
 WISHES = (Wish("seg3", 8), Wish("seg5", 8))

@@ -8,8 +8,9 @@ import pytest
 from app.cli import main
 from app.messages import SensorHealth, Verdict
 from app.robot.blind import blind_words
+from app.setup import Setup
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 from tests.own_place import write_place
 
 

@@ -10,9 +10,10 @@ from app.config import Params
 from app.control.registry import kinds
 from app.messages import Goal, JointState, Pairs, Verdict
 from app.perception.rules import PUBLISHED, Rules, rules_of
+from app.setup import Setup
 from app.studies.headless import run
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 
 @pytest.mark.parametrize(("mode", "low", "high"), [("paper", -0.02, 0.0), ("wb", 0.20, 0.30)])

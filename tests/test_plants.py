@@ -26,8 +26,9 @@ from app.messages import Mode
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.timing import ManualClock, WallClock
-from app.wiring import Setup, assemble, build_engine
+from app.wiring import assemble, build_engine
 from app.world.world import World
 from tests.test_brain import Bench, beside_the_forearm
 

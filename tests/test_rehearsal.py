@@ -12,7 +12,8 @@ from app.config import MODES
 from app.messages import Mode
 from app.rehearsal import SWITCHES, rehearse, turned
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.setup import Setup
+from app.wiring import build_engine
 
 def versions():
     rooms = ("app.perception", "app.control", "app.robot")

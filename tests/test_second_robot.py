@@ -12,10 +12,11 @@ from app.robot.model import find_robot, load_robot
 from app.robot.skin_file import load_skin
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.studies.headless import run
 from app.timing import ManualClock
 from app.ui.page import Page
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 from app.world.world import World
 
 

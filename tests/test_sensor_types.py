@@ -27,10 +27,11 @@ from app.sensing.simulated import SimulatedSkin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.wire import binary
 from app.sensing.wire.detect import FORMATS
+from app.setup import Setup
 from app.timing import ManualClock, WallClock
 from app.virtual.skin.emulate import raw_frame
 from app.virtual.skin.pty_port import PtyPort
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 from app.world.world import World
 from tests import mixed_skin
 from tests.mixed_skin import LENS, NOISE, SHAPES, SHIFT

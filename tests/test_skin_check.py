@@ -9,7 +9,7 @@ from app.checks.filter_calibration import calibrate
 from app.checks.skin_check import judge_hand, judge_wall, simulate, skin_check
 from app.errors import SensorError
 from app.robot.skin import build_skin
-from app.wiring import Setup
+from app.setup import Setup
 
 
 def test_a_wall_tells_depth_along_the_axis_from_the_length_of_the_ray(robot, skin):

@@ -12,8 +12,9 @@ from app.control import qp_controller, solver
 from app.control.bounds.rows import Rows
 from app.control.qp import TASK_WEIGHT, Costs, problem, solve
 from app.control.solver import FREE, Problem, minimise
+from app.setup import Setup
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 CAPTURED = json.loads((Path(__file__).parent / "captured_problems.json").read_text())
 

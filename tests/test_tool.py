@@ -14,8 +14,8 @@ from app.robot.model import find_robot, load_robot
 from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, build_skin
 from app.robot.tables import Choice
+from app.setup import Setup
 from app.studies.headless import run
-from app.wiring import Setup
 from tests.fakes import cloud_of
 
 UR10E = find_robot("ur10e")

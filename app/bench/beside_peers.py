@@ -18,6 +18,7 @@ from app.bench.beside_elsewhere import beside_open3d, beside_roboplan
 from app.bench.clouds import centre_rays, count_unlike, points_outside
 from app.bench.peers import geometry
 from app.bench.perception import make_scene, timed, with_bodies, with_visuals
+from app.choices import build_robot_and_skin
 from app.judge.reference import nearest_of, triangles_of
 from app.messages import Array
 from app.perception.casting import NEAR
@@ -28,7 +29,7 @@ from app.report import Check, Report
 from app.robot.meshes import BodyMesh
 from app.robot.model import Robot
 from app.robot.skin import Skin
-from app.wiring import Setup, build_robot_and_skin
+from app.setup import Setup
 
 ONE = Rules(footprint=False)
 CLOUDS = (100, 500, 1920)

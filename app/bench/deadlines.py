@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from app.choices import build_robot_and_skin
 from app.report import Check, Report
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
@@ -23,9 +24,10 @@ from app.sensing.budget import HONEST
 from app.sensing.open_ports import open_skin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
+from app.setup import Setup
 from app.timing import Ticker, WallClock
 from app.virtual.skin.board import speaking_board
-from app.wiring import PICTURE, Setup, Start, assemble, build_robot_and_skin
+from app.wiring import PICTURE, Start, assemble
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 

@@ -18,6 +18,7 @@ from app.bench.confusion import confusion
 from app.bench.exactness import filter_disagreements, worst_distance
 from app.bench.spheres import world_of_spheres
 from app.cell.parts import Cell
+from app.choices import build_robot_and_skin
 from app.messages import Array, SensorFrame
 from app.perception.cloud import SkinCloud
 from app.perception.proximity import BodyPairs
@@ -32,7 +33,7 @@ from app.robot.posture import Posture
 from app.robot.skin import Skin, build_skin
 from app.robot.tables import Choice
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot_and_skin
+from app.setup import Setup
 
 ONE, NINE = Rules(footprint=False), Rules()
 POSTURES = 20

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.actions import SetMode
+from app.choices import build_robot, choose_skin
 from app.errors import SensorError
 from app.messages import Mode, SensorFrame
 from app.rehearsal import rehearse
@@ -31,9 +32,10 @@ from app.sensing.serial_skin import SerialSkin
 from app.sensing.stream import Arrival
 from app.sensing.wire import binary
 from app.sensing.wire.raw import VALID, RawFrame
+from app.setup import Setup
 from app.timing import WallClock
 from app.virtual.skin.pty_port import PtyPort
-from app.wiring import Setup, assemble, build_robot, choose_skin
+from app.wiring import assemble
 
 READER_LIMIT = 0.05  # of a core
 LATENCY_LIMIT = 5.0  # [ms] 99 of 100 frames, from the wire to the cloud

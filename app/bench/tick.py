@@ -17,8 +17,9 @@ from app.perception.proximity import BodyPairs
 from app.perception.rules import Rules
 from app.report import Check, Report
 from app.runtime import Engine
+from app.setup import Setup
 from app.timing import ManualClock, Ticker, WallClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 TICK_LIMIT = 2.0  # [ms] median of a whole tick with 30 sensors
 SET_LIMIT = 4.0  # [ms] 1920 zones through self filter and closest pairs

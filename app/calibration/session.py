@@ -16,8 +16,9 @@ from app.poses import transform
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.timing import Clock
-from app.wiring import Setup, plant_alone
+from app.wiring import plant_alone
 from app.world.scene import Scene, find_scene, load_scene
 
 REST = 0.8  # [s] in each posture

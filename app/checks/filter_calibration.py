@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.choices import build_robot_and_skin, lay_out
 from app.errors import SensorError
 from app.messages import SensorFrame
 from app.perception.calibration import BINS, suggest
@@ -19,7 +20,7 @@ from app.robot.skin import Skin
 from app.sensing.budget import read_budget
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot_and_skin, lay_out
+from app.setup import Setup
 from app.world.world import World
 
 AROUND = float(BINS[-1])  # [m] of the body: what is farther from it is something else

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.choices import build_robot_and_skin, lay_out
 from app.errors import SensorError
 from app.messages import Array, SensorFrame
 from app.report import Report
@@ -15,7 +16,7 @@ from app.robot.skin import Skin, zone_centres
 from app.sensing.budget import IDEAL, Budget, read_budget
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot_and_skin, lay_out
+from app.setup import Setup
 from app.world.motion import Still
 from app.world.shapes import shape_of
 from app.world.tables import PanelShape

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from app.checks.skin_port import record_port
+from app.choices import build_robot_and_skin
 from app.errors import SensorError
 from app.messages import Array
 from app.report import Check, Report
@@ -21,8 +22,8 @@ from app.robot.skin import Sensor, Skin, zone_centres
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.timing import WallClock
-from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 SURE = 1.15  # times the other reading's residual makes a convention certain

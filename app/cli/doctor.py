@@ -18,7 +18,7 @@ class Doctor(WhichRobot):
 
     def __call__(self) -> None:
         from app.checks.doctor import examine, to_table
-        from app.wiring import build_robot, choose_skin
+        from app.choices import build_robot, choose_skin
 
         setup = replace(self, robot=self.name or self.robot).setup()
         robot = build_robot(setup)

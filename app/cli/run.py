@@ -21,7 +21,7 @@ from app.timing import WallClock
 from app.ui.entrance import Entrance, checked_origin, operator_token
 
 if TYPE_CHECKING:  # the parts of an engine take a second to load; --help need not wait for it
-    from app.wiring import Setup
+    from app.setup import Setup
 
 DEFAULT_PORT = 8080
 
@@ -113,7 +113,7 @@ class Run(WhichRobot):
             raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
 
     def __call__(self) -> None:
-        from app.wiring import SIMULATED
+        from app.setup import SIMULATED
 
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 from app.robot.tables import Bodies, Choice
 
 if TYPE_CHECKING:  # the parts of an engine take a while to load, which --help need not wait for
-    from app.wiring import Setup
+    from app.setup import Setup
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class WhichRobot:
 
     def setup(self, **facts: Any) -> "Setup":
         """What to build with this robot; `facts` are the other fields of a `Setup`."""
-        from app.wiring import Setup
+        from app.setup import Setup
 
         choice = Choice(self.tool, self.home_deg, self.bodies)
         return Setup(self.robot, self.skin, urdf=self.urdf, choice=choice, **facts)

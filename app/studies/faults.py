@@ -26,11 +26,12 @@ from app.plant.simulated import SimulatedPlant
 from app.report import Check, Report
 from app.runtime import Engine
 from app.sensing.source import Source
+from app.setup import Setup
 from app.studies.faulty_skin import KINDS, FaultySkin
 from app.studies.headless import step_until
 from app.studies.pool import each
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 PANEL, CELL, PROGRAM = "front-panel", "cell", "door-screws"
 SCENES = (PANEL, CELL)

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.choices import build_robot_and_skin
 from app.messages import Array, Verdict
 from app.perception.hanging import Hanging
 from app.perception.rules import Rules
@@ -26,8 +27,8 @@ from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.studies.phantoms import SHARE, Condition, believed_skin
-from app.wiring import Setup, build_robot_and_skin
 from app.world.world import World
 
 CAUTION = (0.0, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0)

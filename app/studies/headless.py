@@ -8,7 +8,9 @@ from app.judge.run import Judge, Record
 from app.messages import Snapshot
 from app.report import Check, Report
 from app.runtime import Engine
-from app.wiring import Setup, build_engine, clock_for
+from app.setup import Setup
+from app.sources import clock_for
+from app.wiring import build_engine
 
 
 def step_until(engine: Engine, end: float, *watchers: Callable[[Snapshot], None]) -> Snapshot:

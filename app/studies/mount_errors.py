@@ -14,14 +14,15 @@ import numpy as np
 from app.calibration.estimate import Estimate, estimate_mounts, stated_cov
 from app.calibration.planes import planes_of
 from app.calibration.session import Pace, gather, plan_motion, read_scene
+from app.choices import build_robot_and_skin
 from app.messages import Array
 from app.report import Check, Report
 from app.robot.mounts import with_mounts
 from app.robot.posture import rotation_vector
 from app.sensing.budget import read_budget
 from app.sensing.truth import draw_truth
+from app.setup import Setup
 from app.timing import ManualClock
-from app.wiring import Setup, build_robot_and_skin
 
 MEDIAN_MM, MEDIAN_DEG = 1.0, 0.15
 MOST_MM, MOST_DEG, MOST_MS = 2.0, 0.25, 5.0

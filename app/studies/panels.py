@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 
 from app.config import Params
 from app.report import Check, Report
+from app.setup import Setup
 from app.studies.bootstrap import bootstrap
 from app.studies.headless import run
 from app.studies.pool import each
-from app.wiring import Setup
 
 SCENES = ("front-panel", "side-panel")
 WHOLE, MOUNTS = "wb", "sm"

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from app.actions import SetGoal
+from app.choices import build_robot_and_skin
 from app.config import Params
 from app.errors import ConfigError, options
 from app.messages import Array, Snapshot, Verdict, freeze
@@ -30,10 +31,11 @@ from app.sensing.error_model import ErrorModel
 from app.sensing.latency import ESTIMATED
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.truth import draw_truth
+from app.setup import Setup
 from app.studies.headless import step_until
 from app.studies.random_scene import random_goal
 from app.timing import ManualClock
-from app.wiring import Setup, Start, assemble, build_robot_and_skin
+from app.wiring import Start, assemble
 from app.world.world import World
 
 POSITION, ANGLE, SHARE = 0.7e-3, np.radians(0.1), 0.003  # 1 sigma, left by a calibration

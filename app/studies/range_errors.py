@@ -15,6 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.choices import build_robot
 from app.messages import Array, freeze
 from app.report import Check, Report
 from app.robot.model import Robot
@@ -24,7 +25,7 @@ from app.sensing.budget import HONEST, Budget
 from app.sensing.error_model import ErrorModel
 from app.sensing.replay import read_recording
 from app.sensing.simulated import SimulatedSkin
-from app.wiring import Setup, build_robot
+from app.setup import Setup
 from app.world.motion import Still
 from app.world.shapes import shape_of
 from app.world.tables import PanelShape

@@ -19,10 +19,11 @@ from app.control.registry import kind_of, taking_part
 from app.judge.run import Judge
 from app.messages import Array, Snapshot
 from app.report import Check, Report
+from app.setup import Setup
 from app.studies.headless import step_until
 from app.studies.pool import each
 from app.timing import ManualClock
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 
 PLATES = ("front-panel", "side-panel")
 CELL, PROGRAM = "cell", "door-screws"

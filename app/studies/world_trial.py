@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from app.actions import SetGoal
+from app.choices import build_robot_and_skin
 from app.config import Params
 from app.control.registry import kind_of
 from app.judge.blame import AHEAD, Judgement, Moment, seen_distances
@@ -26,11 +27,12 @@ from app.robot.skin import Skin
 from app.runtime import Engine
 from app.sensing.budget import IDEAL, read_budget
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.studies.oracle import TruePerception
 from app.studies.random_scene import random_goal, random_world
 from app.studies.trial_log import Trial
 from app.timing import ManualClock
-from app.wiring import Setup, Start, assemble, build_robot_and_skin
+from app.wiring import Start, assemble
 from app.world.world import World
 
 ORACLE = "oracle"  # the default controller that perceives the truth

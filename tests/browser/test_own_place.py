@@ -10,9 +10,10 @@ from playwright.sync_api import Page as Window
 
 from app.config import Params
 from app.messages import Goal
+from app.setup import Setup
 from app.timing import WallClock
 from app.ui.page import Page
-from app.wiring import Setup, build_engine
+from app.wiring import build_engine
 from tests.own_place import write_place
 
 pytestmark = pytest.mark.browser

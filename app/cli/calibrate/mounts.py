@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from app.calibration.recording import Recording
     from app.robot.model import Robot
     from app.robot.skin import Skin
-    from app.wiring import Setup
+    from app.setup import Setup
 
 SIMULATED, LIVE = "simulated", "live"
 SLOW = 0.25  # [rad/s] of a real arm unless a person says otherwise
@@ -74,8 +74,8 @@ class CalibrateMounts(WhichRobot):
         from app.calibration.recording import save_recording
         from app.calibration.session import read_scene
         from app.calibration.words import report_of
+        from app.choices import build_robot_and_skin
         from app.robot.mounts import save_mounts
-        from app.wiring import build_robot_and_skin
 
         setup = self.setup(
             seed=self.seed, scene=self.scene, cell=self.scene if self.arm else "",

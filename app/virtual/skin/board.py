@@ -12,15 +12,16 @@ from multiprocessing.connection import Connection
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from app.choices import build_robot_and_skin
 from app.errors import SensorError
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire import binary
 from app.sensing.wire.raw import RawFrame
+from app.setup import Setup
 from app.timing import WallClock
 from app.virtual.skin.emulate import SceneFrames, raw_frame
 from app.virtual.skin.pty_port import PtyPort
 from app.virtual.skin.wearer import AtRest
-from app.wiring import Setup, build_robot_and_skin
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 

@@ -12,6 +12,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 
+from app.choices import build_robot, choose_home, lay_out
 from app.errors import SensorError
 from app.messages import SensorFrame, freeze
 from app.robot.posture import Posture
@@ -22,11 +23,11 @@ from app.sensing.replay import Recording, Replay, read_recording
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.wire.detect import format_of
 from app.sensing.wire.raw import NO_TARGET, Grid, RawFrame
+from app.setup import Setup
 from app.timing import Clock
 from app.virtual.skin.faults import FaultyWire, parse_faults
 from app.virtual.skin.pty_port import PtyPort
 from app.virtual.skin.wearer import AtRest, Wearer, wearer
-from app.wiring import Setup, build_robot, choose_home, lay_out
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
 
