@@ -20,7 +20,8 @@ from app.record.views.clouds import PACKED, TOPICS
 from app.record.views.frames import TOOL, base_frame, body_frame
 from app.record.views.models import Z_TO_Y
 from app.record.views.pair import _turn
-from app.record.views.views import SCHEMAS, Views
+from app.record.views.schemas import SCHEMAS
+from app.record.views.views import Views
 from app.record.views.writer import ViewWriter
 from app.timing import ManualClock
 from app.wiring import Setup, build_engine

@@ -15,16 +15,9 @@
 | `/log`                | Log             | at each change                           |
 """
 
-from foxglove_schemas_protobuf.FrameTransforms_pb2 import FrameTransforms
-from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
-from foxglove_schemas_protobuf.Log_pb2 import Log
-from foxglove_schemas_protobuf.PointCloud_pb2 import PointCloud
-from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
-from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
-
 from app.cell.parts import Cell
 from app.messages import Snapshot
-from app.record.views.clouds import REMEMBERED_TOPIC, TOPICS, CloudViews
+from app.record.views.clouds import CloudViews
 from app.record.views.frames import FrameViews, base_frame
 from app.record.views.pair import PairView
 from app.record.views.things import ThingViews
@@ -32,15 +25,6 @@ from app.record.views.values import View
 from app.record.views.words import LogView
 from app.robot.model import Robot
 from app.robot.skin import Skin
-
-SCHEMAS: dict[str, type] = {
-    "/tf": FrameTransforms,
-    "/joint_states": JointStates,
-    "/goal": PoseInFrame,
-    "/log": Log,
-    **dict.fromkeys(("/robot", "/cell", "/cell/learned", "/obstacles", "/pair"), SceneUpdate),
-    **dict.fromkeys((*TOPICS.values(), REMEMBERED_TOPIC), PointCloud),
-}
 
 
 class Views:

@@ -1,10 +1,10 @@
 """The views in an MCAP file: schemas and channels as topics come."""
 
-from mcap.well_known import MessageEncoding
+from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
-from mcap_protobuf.schema import register_schema
 
 from app.messages import Snapshot
+from app.record.views.schemas import SCHEMAS, schema_bytes, schema_name
 from app.record.views.values import View
 from app.record.views.views import Views
 
@@ -29,15 +29,18 @@ class ViewWriter:
         sequence = self._count.get(topic, 0)
         self._count[topic] = sequence + 1
         self._writer.add_message(
-            self._channels[topic] if topic in self._channels else self._open(topic, message),
+            self._channels[topic] if topic in self._channels else self._open(topic),
             log_time=at_ns, publish_time=at_ns, sequence=sequence,
             data=message.SerializeToString(),
         )  # fmt: skip
 
-    def _open(self, topic: str, message: object) -> int:
-        name = type(message).__name__
+    def _open(self, topic: str) -> int:
+        kind = SCHEMAS[topic]
+        name = schema_name(kind)
         if name not in self._schemas:
-            self._schemas[name] = register_schema(self._writer, type(message))
+            self._schemas[name] = self._writer.register_schema(
+                name, SchemaEncoding.Protobuf, schema_bytes(kind)
+            )
         self._channels[topic] = self._writer.register_channel(
             topic=topic, message_encoding=MessageEncoding.Protobuf, schema_id=self._schemas[name]
         )
