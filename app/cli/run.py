@@ -5,6 +5,7 @@ import signal
 import sys
 import threading
 import webbrowser
+from contextlib import ExitStack
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -19,6 +20,7 @@ from app.control.registry import kinds
 from app.errors import ConfigError
 from app.timing import WallClock
 from app.ui.entrance import Entrance, checked_origin, operator_token
+from app.ui.live.window import VIEWERS_PORT, Window, viewer_origin
 
 if TYPE_CHECKING:  # the parts of an engine take a second to load; --help need not wait for it
     from app.setup import Setup
@@ -92,6 +94,11 @@ class Run(WhichRobot):
     """A file with the operator token; the variable FLINCH_TOKEN can hold it instead."""
     origin: tuple[str, ...] = ()
     """Public addresses of the page, as of a proxy in front: https://cell.example."""
+    foxglove: tuple[int, ...] | None = None
+    """Show the run to Foxglove or Lichtblick as well, at ws://localhost:PORT (8765 without one):
+    read only, from this machine only."""
+    foxglove_origin: tuple[str, ...] = ()
+    """Web pages that may look there: https://app.foxglove.dev. Desktop viewers need none."""
     open: bool = True
     """Open the page in a browser where there is a desktop."""
     headless: bool = False
@@ -109,8 +116,13 @@ class Run(WhichRobot):
             raise ConfigError(f"seconds = {self.seconds:g}; give a positive number")
         if not 0.0 <= self.stray <= 0.1:
             raise ConfigError(f"stray = {self.stray:g}; give a share from 0 to 0.1")
-        if not 0 <= self.port < 65536:
-            raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
+        for port in (self.port, *(self.foxglove or ())):
+            if not 0 <= port < 65536:
+                raise ConfigError(f"port = {port}; give a value from 0 to 65535")
+        if self.foxglove is not None and len(self.foxglove) > 1:
+            raise ConfigError(f"foxglove = {self.foxglove}; give one port, or none for 8765")
+        if self.foxglove_origin and self.foxglove is None:
+            raise ConfigError("--foxglove-origin belongs to live viewers; add --foxglove")
 
     def __call__(self) -> None:
         from app.setup import SIMULATED
@@ -130,6 +142,8 @@ class Run(WhichRobot):
                 raise ConfigError(
                     "a headless run is faster than real time; leave --headless or --driver out"
                 )
+            if self.foxglove is not None:
+                raise ConfigError("--foxglove shows a run as it happens; leave --headless out")
             from app.studies.headless import summary
 
             report = summary(setup, self.seconds, params)
@@ -140,7 +154,16 @@ class Run(WhichRobot):
             entrance = self._entrance()
             if self.arm:
                 confirm(self.driver, self.sensors)
-            _serve(setup, params, entrance, self.open)
+            _serve(setup, params, entrance, self._window(), self.open)
+
+    def _window(self) -> Window | None:
+        """Where other viewers look in, if they may."""
+        if self.foxglove is None:
+            return None
+        return Window(
+            self.foxglove[0] if self.foxglove else VIEWERS_PORT,
+            tuple(map(viewer_origin, self.foxglove_origin)),
+        )
 
     def _entrance(self) -> Entrance:
         origins = tuple(map(checked_origin, self.origin))
@@ -148,36 +171,40 @@ class Run(WhichRobot):
         return Entrance(self.host, self.port, token, origins)
 
 
-def _serve(setup: "Setup", params: Params, entrance: Entrance, open_browser: bool) -> None:
-    """Engine and page until the process is asked to end."""
+def _serve(
+    setup: "Setup", params: Params, entrance: Entrance, window: Window | None, open_browser: bool
+) -> None:
+    """Engine, page and, with a window, live views until the process is asked to end."""
+    from app.ui.live.server import LiveViews
     from app.ui.page import Page
     from app.wiring import build_engine
 
     quit_asked = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: quit_asked.set())
-    engine = build_engine(replace(setup, apart=True), WallClock(), params)
     host, port, token, origins = entrance
-    try:
+    with ExitStack() as ends:  # in the other order: what shows the engine goes before it
+        engine = build_engine(replace(setup, apart=True), WallClock(), params)
+        ends.callback(engine.close)
         page = Page(engine, host, port, token=token, origins=origins)
-    except BaseException:
-        engine.close()
-        raise
-    try:
+        ends.callback(page.stop)
+        live = LiveViews(engine, window.port, window.origins) if window else None
+        if live:
+            ends.callback(live.stop)
         if quit_asked.is_set():
             return  # asked before anything could move
         engine.progress = print_progress
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)
+        if live:
+            live.start()
+            print(f"Foxglove and Lichtblick see it at {live.url}", flush=True)
         for line in (*entrance.words(), *engine.warnings):
             print(line, flush=True)
         if open_browser and _has_desktop():
             webbrowser.open(page.url)
         quit_asked.wait()
-    finally:
-        page.stop()
-        engine.close()
 
 
 def _has_desktop() -> bool:
