@@ -8,6 +8,7 @@ from app.cell.parts import Box, HalfSpace
 from app.errors import WorldError
 from app.messages import freeze
 from app.poses import pose, transform
+from app.world.build import MIDDLE
 from app.world.motion import motion_of, route_of
 from app.world.person import PAUSE, Plan, varied
 from app.world.shapes import shape_of
@@ -46,10 +47,16 @@ def plan_of(table: PersonTable, seed: int, where: str) -> Plan:
     dwell = [stop.dwell_s for stop in table.stops]
     reach = [NOWHERE if stop.reach_m is None else stop.reach_m for stop in table.stops]
     route = route_of(points, dwell, table.speed_mps, table.loop, where)
-    plan = Plan(table.name, route, freeze(np.array(reach)), int(table.hand == "right"))
+    if table.order == "varied" and (table.seed is None or not table.loop):
+        raise WorldError(f"{where}: order = 'varied' is drawn and goes on; give a seed and loop")
+    plan = Plan(
+        table.name, route, freeze(np.array(reach)), int(table.hand == "right"),
+        stature=table.stature_m or MIDDLE,
+    )  # fmt: skip
     if table.seed is None:
         return plan
-    return varied(plan, np.random.default_rng([table.seed, seed]))
+    rng = np.random.default_rng([table.seed, seed])
+    return varied(plan, rng, table.stature_m is None, table.order == "varied")
 
 
 def crop_of(table: CropTable) -> Box:

@@ -12,6 +12,7 @@ from app.toml import Name, NotNegative, Positive, Table, Vector
 NOT_TURNED: Vector = (0.0, 0.0, 0.0)
 GREY = "#9aa0a6"
 Size = tuple[Positive, Positive, Positive]
+Stature = Annotated[float, Meta(ge=0.5, le=2.5)]
 Colour = Annotated[
     str, Meta(pattern="^#[0-9a-fA-F]{6}$", extra_json_schema={"description": "'#rrggbb'"})
 ]
@@ -122,7 +123,10 @@ class StopTable(Table, frozen=True):
 
 
 class PersonTable(Table, frozen=True):
-    """One `[[person]]`; with a seed the person's habits vary."""
+    """One `[[person]]`; with a seed the person's habits vary, and the stature where it is left out.
+
+    order: "given", or "varied": the seed draws which stop comes next, and for how long.
+    """
 
     name: Name
     speed_mps: Positive
@@ -130,6 +134,8 @@ class PersonTable(Table, frozen=True):
     loop: bool = True
     hand: Literal["left", "right"] = "right"
     seed: Annotated[int, Meta(ge=0)] | None = None
+    stature_m: Stature | None = None
+    order: Literal["given", "varied"] = "given"
 
 
 class CropTable(Table, frozen=True):
