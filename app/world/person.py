@@ -6,6 +6,7 @@ reacts to the robot. Base frame, with the table top at z = 0 and the floor at z 
 """
 
 from dataclasses import dataclass, field, replace
+from typing import Protocol
 
 import numpy as np
 
@@ -141,11 +142,17 @@ class Walker:
         return min(max(inside / rise, 0.0), 1.0)
 
 
+class Mover(Protocol):
+    """Whoever knows where all parts of a person are, T_base_part (4, 4) by name, at a time [s]."""
+
+    def poses(self, t: float) -> dict[str, Array]: ...
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PartMotion:
     """The motion of one part of a person."""
 
-    walker: Walker
+    walker: Mover
     name: str
 
     def pose(self, t: float) -> Array:

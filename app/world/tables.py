@@ -126,16 +126,21 @@ class PersonTable(Table, frozen=True):
     """One `[[person]]`; with a seed the person's habits vary, and the stature where it is left out.
 
     order: "given", or "varied": the seed draws which stop comes next, and for how long.
+    clip:  a BVH file beside the scene instead of stops; it begins at `at_m`, looking to
+           `heading_deg` from ahead of the arm to its left, and is played again and again.
     """
 
     name: Name
-    speed_mps: Positive
-    stops: tuple[StopTable, ...]
+    speed_mps: Positive = 0.6
+    stops: tuple[StopTable, ...] = ()
     loop: bool = True
     hand: Literal["left", "right"] = "right"
     seed: Annotated[int, Meta(ge=0)] | None = None
     stature_m: Stature | None = None
     order: Literal["given", "varied"] = "given"
+    clip: str = ""
+    at_m: tuple[float, float] | None = None
+    heading_deg: float = 0.0
 
 
 class CropTable(Table, frozen=True):
