@@ -51,6 +51,10 @@ class Run(WhichRobot):
 
     scene: str = "cell"
     """A scene's name, or the path of its TOML file."""
+    person: str = ""
+    """Who is there instead of the scene's people: 'none', or 'bvh:FILE[@X,Y[,HEADING]]', a motion
+    file played again and again from a place on [m, degrees]; default: where the scene's first
+    person begins."""
     cell: str = ""
     """The known static place (boxes, planes, what was learned): a cell's or a scene's name, or the
     path of its TOML file; default: the scene's, which is nobody's real place. Points in it are no
@@ -135,10 +139,10 @@ class Run(WhichRobot):
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
         setup = self.setup(
-            scene=self.scene, cell=self.cell, sensors=self.sensors, rate=self.rate, seed=self.seed,
-            stray=self.stray, program=self.program, ghost=self.ghost,
-            background=self.background, ranges=self.ranges, mounts=self.mounts,
-            world=self.world,
+            scene=self.scene, person=self.person, cell=self.cell, sensors=self.sensors,
+            rate=self.rate, seed=self.seed, stray=self.stray, program=self.program,
+            ghost=self.ghost, background=self.background, ranges=self.ranges,
+            mounts=self.mounts, world=self.world,
             driver=self.driver, armed=self.arm,
         )  # fmt: skip
         if self.headless:
