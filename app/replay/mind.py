@@ -2,11 +2,11 @@
 
 from app.brain import Brain
 from app.messages import GhostState
-from app.replay.open_loop import OpenLoop
+from app.replay.open_loop import Loop, OpenLoop
 from app.state import State
 from app.tick import Inputs, Outputs
 
-Minds = tuple[State, State | None]
+Minds = tuple[State, Loop | None]
 
 
 class Mind:
@@ -22,11 +22,11 @@ class Mind:
 
     def capture(self) -> Minds:
         """The state of both."""
-        return self.brain.capture(), self.ghost.brain.capture() if self.ghost else None
+        return self.brain.capture(), self.ghost.capture() if self.ghost else None
 
     def restore(self, state: Minds) -> None:
         """Go on from a captured state."""
         own, other = state
         self.brain.restore(own)
         if self.ghost and other is not None:
-            self.ghost.brain.restore(other)
+            self.ghost.restore(other)

@@ -1,11 +1,12 @@
 """Another controller, or other settings, on the same frames: an open loop.
 
-In each tick the other brain gets what the recorded one got: the same posture, the same frames, the
-same velocity that was applied. So it answers what it would have told the arm *there*; it never
-gets anywhere by itself, and no frame was measured from where it would be. How close it would come
-is looked at over a short while only: the body is carried on with the constant command for
-`HORIZON`, and its distance taken to the points that were known at that tick. The recorded command
-is treated alike, so that the two can be compared; neither is what happened.
+In each tick the other brain gets the recorded frames and the posture that they were measured from,
+and goes on from its own last command: had it been given the recorded velocity, the limits of
+acceleration would have let it say little else. So it answers what it would have had the arm do
+*there*; it never gets anywhere by itself, and no frame was measured from where it would be. How
+close it would come is looked at over a short while only: the body is carried on with the constant
+command for `HORIZON`, and its distance taken to the points that were known at that tick. The
+recorded command is treated alike, so that the two can be compared; neither is what happened.
 """
 
 from collections.abc import Mapping
@@ -20,8 +21,10 @@ from app.config import change
 from app.messages import Array, GhostState, Verdict
 from app.perception.proximity import BodyPairs
 from app.robot.model import Robot
+from app.state import State
 from app.tick import Inputs, Outputs
 
+Loop = tuple[State, Array | None]
 HORIZON = 0.5  # [s] that a command is carried on: an arm's way before the next frames tell of it
 
 
@@ -35,13 +38,27 @@ class OpenLoop:
         rest = (f"{k} {v}" for k, v in self._changes.items() if k != "mode")
         self.name = ", ".join((brain.wishes.params.mode, *rest))
         self.ahead = Ahead(brain.robot)
+        self._last: Array | None = None  # [rad/s] what it commanded in the last tick
+
+    def capture(self) -> Loop:
+        """All that changes from tick to tick."""
+        return self.brain.capture(), self._last
+
+    def restore(self, loop: Loop) -> None:
+        """Go on from what was captured."""
+        state, self._last = loop
+        self.brain.restore(state)
 
     def tick(self, x: Inputs, out: Outputs) -> GhostState:
         """What it would tell the arm; its links where that would bring them within `HORIZON`.
 
         The distance is that of now: who needs the coming one asks `ahead`.
         """
-        mine = self.brain.tick(replace(x, actions=self._heard(x.actions)))
+        own = replace(x, actions=self._heard(x.actions))
+        if self._last is not None and x.arm.ready:
+            own = replace(own, joints=replace(x.joints, qd=self._last), applied=self._last)
+        mine = self.brain.tick(own)
+        self._last = mine.command.qd
         posture = mine.T_base_link
         if np.isfinite(x.joints.q).all():
             posture = self.ahead.posture(x.joints.q, mine.command.qd)
