@@ -17,6 +17,7 @@ from app.cli.doctor import Doctor
 from app.cli.experiments import Experiment
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
+from app.cli.record_skin import RecordSkin
 from app.cli.run import Run
 from app.cli.settings import Settings
 from app.cli.skin import SkinCommand
@@ -32,6 +33,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "doctor": Doctor,
     "calibrate": Calibrate,
     "skin": SkinCommand,
+    "record-skin": RecordSkin,
     "experiment": Experiment,
     "ur": Ur,
     "new-robot": NewRobot,
