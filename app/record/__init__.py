@@ -1,1 +1,1 @@
-"""A run as a file: what entered each tick, and what other viewers make of it."""
+"""Runs kept as evidence: what entered every tick, without loss, and a witness of what came out."""
