@@ -13,28 +13,32 @@ from app.record.marks import Marker
 from app.record.run_file import BODIES, GAP, INPUTS, LOOK, MARK, WITNESS
 from app.record.witness import FIELDS, Witness, WitnessOf
 from app.tick import Inputs, Outputs
+from app.timing import date_now
 
 LENGTH = 8  # [bytes] of a digest
+SECOND = 1_000_000_000  # [ns]
 
 
 class Line(NamedTuple):
-    """A message to be: of which channel, and what it says."""
+    """A message to be: of which channel, what it says, and of a look its number."""
 
     channel: int
     data: bytes
+    look: int = -1
 
 
 class Scribe:
-    """Sees every tick that is kept, in their order; one thread at a time.
-
-    looks: number of each body's look that was written, and it.
-    """
+    """Sees every tick that is kept, in their order; one thread at a time."""
 
     def __init__(self) -> None:
-        self.looks: dict[int, bytes] = {}
         self._witness, self._marker = WitnessOf(), Marker()
         self._numbers: dict[int, tuple[int, BodyView]] = {}  # by identity
         self._next_look, self._next_tick = 0, -1
+
+    @property
+    def present(self) -> set[int]:
+        """Numbers of the looks of the bodies that were there at the last look at them."""
+        return {number for number, _ in self._numbers.values()}
 
     def lines(self, x: Inputs, out: Outputs, bodies: tuple[BodyPose, ...] | None) -> Iterator[Line]:
         """Of one tick; `bodies` None: nobody looked."""
@@ -58,13 +62,24 @@ class Scribe:
             if known is None:
                 known = self._next_look, view
                 self._next_look += 1
-                look = encode((known[0], view))
-                self.looks[known[0]] = look
-                yield Line(LOOK, look)
+                yield Line(LOOK, encode((known[0], view)), known[0])
             seen[id(view)] = known
             placed.append((known[0], body.T_base_body))
         self._numbers = seen  # who has left comes back with another number
         yield Line(BODIES, encode(tuple(placed)))
+
+
+class Dates:
+    """The run's clock in nanoseconds since 1970; the first tick that it is asked for is now."""
+
+    def __init__(self) -> None:
+        self._origin: int | None = None
+
+    def of(self, now: float) -> int:
+        """[ns] since 1970 of `now` [s] on the run's clock."""
+        if self._origin is None:
+            self._origin = round(date_now() * SECOND) - round(now * SECOND)
+        return self._origin + round(now * SECOND)
 
 
 def witness_bytes(w: Witness) -> bytes:

@@ -141,11 +141,11 @@ class FileRecording:
         return self._witnesses(self._data(WITNESS, self._index(i)))
 
     def bodies(self, i: int) -> tuple[BodyPose, ...]:
-        """The simulated bodies as they were last seen by tick i."""
+        """The simulated bodies as they were last seen by tick i, or were seen first."""
         at = self._places[INPUTS].at[self._index(i)]
-        last = bisect_right(self._places[BODIES].at, at) - 1
-        if last < 0:
+        if not len(self._places[BODIES]):
             return ()
+        last = max(bisect_right(self._places[BODIES].at, at) - 1, 0)
         placed = self._decoder.decode(self._data(BODIES, last), tuple)
         try:
             return tuple(BodyPose(self._views[number], T) for number, T in placed)

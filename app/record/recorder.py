@@ -15,7 +15,7 @@ from app.errors import FlinchError
 from app.messages import BodyPose, Snapshot, Timing
 from app.record.codec import encode
 from app.record.head import Head, Runs, head_of
-from app.record.lines import Scribe
+from app.record.lines import SECOND, Dates, Scribe
 from app.record.run_file import HEAD, RunFile
 from app.record.views.views import Views
 from app.record.views.writer import ViewWriter
@@ -30,7 +30,6 @@ ROOM = 750  # ticks that may wait: three seconds of a disk that does not answer
 LOOK = 1.0 / 30.0  # [s] between two looks at the simulated bodies
 PICTURE = 1.0 / 15.0  # [s] between two pictures for other viewers
 FLUSH = 0.5  # [s] that a sudden end may cost
-SECOND = 1_000_000_000  # [ns]
 NO_TIMING = Timing({}, 0.0)
 Seen = tuple[Inputs, Outputs, tuple[BodyPose, ...] | None]
 
@@ -77,7 +76,7 @@ class Recorder:
         self._ticks = self._dropped = 0
         self._fault = ""
         self._first = self._last = self._flushed = self._pictured = 0.0  # [s] of ticks
-        self._origin = 0  # [ns] since 1970 at 0 s of the run's clock
+        self._dates = Dates()
         self._bodies: tuple[BodyPose, ...] = ()
         self._headed = False
         self._worker: Worker[Seen | tuple[int, State]] = Worker(
@@ -152,15 +151,14 @@ class Recorder:
         self._file.flush()
 
     def _add(self, x: Inputs, out: Outputs, bodies: tuple[BodyPose, ...] | None) -> None:
+        at_ns = self._dates.of(x.now)
         if not self._headed:
-            self._begin(self._head.beginning(x.tick, None, date_now()))
+            self._begin(self._head.beginning(x.tick, None, at_ns / SECOND))
         if self._ticks == 0:
             self._first = self._flushed = x.now
             self._pictured = x.now - PICTURE
-            self._origin = round(self._head.began * SECOND) - round(x.now * SECOND)
-        at_ns = self._origin + round(x.now * SECOND)
-        for channel, data in self._scribe.lines(x, out, bodies):
-            self._file.add(channel, at_ns, data, x.tick)
+        for line in self._scribe.lines(x, out, bodies):
+            self._file.add(line.channel, at_ns, line.data, x.tick)
         self._bodies = self._bodies if bodies is None else bodies
         self._show(x, out, at_ns)
         self._ticks += 1

@@ -21,7 +21,7 @@ class Worker(Generic[T]):
         """room: items that may wait."""
         self._work, self._room = work, room
         self._queue: deque[T] = deque()
-        self._lock = threading.Lock()  # held by who works
+        self.lock = threading.RLock()  # held by who works
         self._quit = threading.Event()
         self._thread: threading.Thread | None = None
         if threaded:
@@ -42,7 +42,7 @@ class Worker(Generic[T]):
 
     def drain(self) -> None:
         """Return when all that was put before this call is done, whoever does it."""
-        with self._lock:
+        with self.lock:
             for _ in range(len(self._queue)):
                 self._work(self._queue.popleft())
 
