@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from app.choices import build_robot, choose_skin
 from app.errors import SensorError, options
 from app.messages import Array, SensorFrame
-from app.record.reader import open_recording
+from app.record.reader import FileRecording, open_recording
 from app.record.recording import Recording
 from app.robot.posture import Posture
 from app.robot.skin import Skin
@@ -29,9 +29,14 @@ def recorded_skin(setup: Setup, skin: Skin) -> "RecordedSkin | None":
     if kind != "replay" or not name.endswith(SUFFIX):
         return None
     recording = open_recording(Path(name))
-    if not len(recording):
-        raise SensorError(f"{name}: holds no tick; record one with flinch run --record FILE")
-    return RecordedSkin(Path(name).name, recording, skin_of(recording, setup, skin), skin, sensor)
+    try:
+        if not len(recording):
+            raise SensorError(f"{name}: holds no tick; record one with flinch run --record FILE")
+        was = skin_of(recording, setup, skin)
+        return RecordedSkin(Path(name).name, recording, was, skin, sensor)
+    except BaseException:
+        recording.close()
+        raise
 
 
 def skin_of(recording: Recording, setup: Setup, skin: Skin) -> Skin:
@@ -101,7 +106,9 @@ class RecordedSkin:
         return self._last.inputs
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Give the file back, if it is one."""
+        if isinstance(self._recording, FileRecording):
+            self._recording.close()
 
 
 def places(was: Skin, skin: Skin, only: str) -> dict[int, int]:
