@@ -18,6 +18,7 @@ from app.cli.doctor import Doctor
 from app.cli.experiments import Experiment
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
+from app.cli.record_skin import RecordSkin
 from app.cli.replay import Replay
 from app.cli.run import Run
 from app.cli.settings import Settings
@@ -36,6 +37,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "doctor": Doctor,
     "calibrate": Calibrate,
     "skin": SkinCommand,
+    "record-skin": RecordSkin,
     "experiment": Experiment,
     "ur": Ur,
     "new-robot": NewRobot,
