@@ -17,16 +17,15 @@ from app.record.reader import FileRecording, open_recording
 from app.record.recording import Recording
 from app.robot.posture import Posture
 from app.robot.skin import Skin
+from app.sensing.captured import MAGIC, is_capture
 from app.setup import Setup
-
-SUFFIX = ".mcap"
 
 
 def recorded_skin(setup: Setup, skin: Skin) -> "RecordedSkin | None":
-    """What `replay:FILE.mcap[@SENSOR]` names; None where the sensors are something else."""
+    """What `replay:FILE[@SENSOR]` names, if that is a recorded run; None where it is not."""
     kind, _, what = setup.sensors.partition("+simulated")[0].partition(":")
     name, _, sensor = what.partition("@")
-    if kind != "replay" or not name.endswith(SUFFIX):
+    if kind != "replay" or not is_run(Path(name)):
         return None
     recording = open_recording(Path(name))
     try:
@@ -37,6 +36,14 @@ def recorded_skin(setup: Setup, skin: Skin) -> "RecordedSkin | None":
     except BaseException:
         recording.close()
         raise
+
+
+def is_run(path: Path) -> bool:
+    """Is it a file of a recorded run? Other recordings of sensors are `app.sensing.replays`'."""
+    if not path.is_file() or is_capture(path):
+        return False
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
 
 
 def skin_of(recording: Recording, setup: Setup, skin: Skin) -> Skin:
