@@ -6,6 +6,7 @@ from pathlib import Path
 from app.errors import ConfigError
 from app.robot.tables import AS_IT_IS, Choice
 from app.sensing.budget import read_budget
+from app.world.people import check_people
 
 SIMULATED = "simulated"
 
@@ -18,6 +19,7 @@ class Setup:
     skin: str = ""  # a layout's name or path; empty: the robot's own
     scene: str = "cell"
     cell: str = ""  # the known static place, by name or path; empty: the scene's
+    person: str = ""  # who is there instead of the scene's people: 'none', 'bvh:FILE[@X,Y,HEADING]'
     sensors: str = "simulated"  # or replay:PATH[@SENSOR], serial:PORT, each with +simulated
     rate: float = 250.0
     seed: int = 0
@@ -38,6 +40,7 @@ class Setup:
         if not 50.0 <= self.rate <= 500.0:
             raise ConfigError(f"rate = {self.rate:g} Hz; give a value from 50 to 500")
         read_budget(self.world)
+        check_people(self.person)
         if self.armed and not self.cell:
             raise ConfigError(
                 "--arm needs to know the cell, or the arm takes its own table for free space; "

@@ -48,7 +48,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     if setup.program:
         own = load_program(find_program(setup.program))
         programs[own.name] = own
-    scene = load_scene(find_scene(setup.scene), setup.seed)
+    scene = load_scene(find_scene(setup.scene), setup.seed, setup.person)
     home, simulated = choose_home(setup, scene, robot), setup.driver == SIMULATED
     cell, learned_file = _cell(setup, scene)
     held: list[Arm | Source] = []
@@ -87,7 +87,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
 
 def plant_alone(setup: Setup, robot: Robot, skin: Skin, clock: Clock) -> tuple[RealPlant, Source]:
     """Arm and sensors without a brain, whoever reads it moves the arm himself; and the sensors."""
-    scene = load_scene(find_scene(setup.scene), setup.seed)
+    scene = load_scene(find_scene(setup.scene), setup.seed, setup.person)
     source, world = build_source(setup, robot, skin, scene, clock)
     try:
         home = choose_home(setup, scene, robot)

@@ -90,15 +90,15 @@ def test_the_person_of_the_cell_commutes_on_the_left_and_never_walks_into_things
     scene, world, _, _ = begun("cell", robot)
     parts = [b for b in scene.bodies if "/" in b.name]
     truth = TrueDistance([(b.shape.vertices, b.shape.faces) for b in parts])
-    torso = []
+    chest = []
     for t in np.arange(0.0, 12.0, 0.2):
         world.step(float(t))
         posed = {p.view.name: p.T_base_body for p in world.poses()}
-        torso.append(posed["person/torso"][:2, 3])
+        chest.append(posed["person/chest"][:2, 3])
         T = np.array([posed[b.name] for b in parts])
         others = [b.name for b in parts] + ["floor"]
         assert truth.measure(T, world, leave_out=others).min() > 0.0
-    x, y = np.array(torso).T
+    x, y = np.array(chest).T
     assert y.min() >= 0.55 and y.max() <= 0.80
     assert x.min() < -0.10 and x.max() > 0.55
 

@@ -8,7 +8,7 @@ import webbrowser
 from contextlib import ExitStack
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 
 import tyro
 
@@ -17,12 +17,14 @@ from app.cli.kernels import print_progress
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.control.registry import kinds
-from app.errors import ConfigError
+from app.errors import ConfigError, RecordingError
 from app.timing import WallClock
 from app.ui.entrance import Entrance, checked_origin, operator_token
 from app.ui.live.window import VIEWERS_PORT, Window, viewer_origin
 
 if TYPE_CHECKING:  # the parts of an engine take a second to load; --help need not wait for it
+    from app.record.recorder import Recorder
+    from app.runtime import Engine
     from app.setup import Setup
 
 DEFAULT_PORT = 8080
@@ -49,6 +51,10 @@ class Run(WhichRobot):
 
     scene: str = "cell"
     """A scene's name, or the path of its TOML file."""
+    person: str = ""
+    """Who is there instead of the scene's people: 'none', or 'bvh:FILE[@X,Y[,HEADING]]', a motion
+    file played again and again from a place on [m, degrees]; default: where the scene's first
+    person begins."""
     cell: str = ""
     """The known static place (boxes, planes, what was learned): a cell's or a scene's name, or the
     path of its TOML file; default: the scene's, which is nobody's real place. Points in it are no
@@ -107,6 +113,8 @@ class Run(WhichRobot):
     """Length of a headless run [s]."""
     json: bool = False
     """Print the headless summary as one JSON object."""
+    record: Path | None = None
+    """Record the run into this new file, FILE.mcap: all that enters every tick, to be replayed."""
     config: Path | None = None
     """A TOML file of settings; flags win over it."""
     settings: Annotated[Any, tyro.conf.OmitArgPrefixes] = field(default_factory=no_flags)
@@ -131,10 +139,10 @@ class Run(WhichRobot):
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
         setup = self.setup(
-            scene=self.scene, cell=self.cell, sensors=self.sensors, rate=self.rate, seed=self.seed,
-            stray=self.stray, program=self.program, ghost=self.ghost,
-            background=self.background, ranges=self.ranges, mounts=self.mounts,
-            world=self.world,
+            scene=self.scene, person=self.person, cell=self.cell, sensors=self.sensors,
+            rate=self.rate, seed=self.seed, stray=self.stray, program=self.program,
+            ghost=self.ghost, background=self.background, ranges=self.ranges,
+            mounts=self.mounts, world=self.world,
             driver=self.driver, armed=self.arm,
         )  # fmt: skip
         if self.headless:
@@ -144,17 +152,31 @@ class Run(WhichRobot):
                 )
             if self.foxglove is not None:
                 raise ConfigError("--foxglove shows a run as it happens; leave --headless out")
-            from app.studies.headless import summary
-
-            report = summary(setup, self.seconds, params)
-            print(report.to_json() if self.json else report.to_text())
+            self._headless(setup, params)
         else:
             if self.json:
                 raise ConfigError("--json belongs to a headless run; add --headless")
             entrance = self._entrance()
             if self.arm:
                 confirm(self.driver, self.sensors)
-            _serve(setup, params, entrance, self._window(), self.open)
+            _serve(setup, params, entrance, self._window(), self.open, self.record)
+
+    def _headless(self, setup: "Setup", params: Params) -> None:
+        """Run without a page, record where that is asked for, and print what came of it."""
+        from app.record.recorder import start_recording
+        from app.sources import clock_for
+        from app.studies.headless import summary
+
+        recorders: list[Recorder] = []
+
+        def ready(engine: "Engine") -> None:
+            if self.record is not None:
+                in_real_time = isinstance(clock_for(setup), WallClock)
+                recorders.append(start_recording(engine, setup, self.record, in_real_time))
+
+        report = summary(setup, self.seconds, params, ready)
+        print(report.to_json() if self.json else report.to_text())
+        _say_recorded(recorders, sys.stderr if self.json else sys.stdout)
 
     def _window(self) -> Window | None:
         """Where other viewers look in, if they may."""
@@ -171,10 +193,23 @@ class Run(WhichRobot):
         return Entrance(self.host, self.port, token, origins)
 
 
+def _say_recorded(recorders: "list[Recorder]", out: TextIO) -> None:
+    """Print what is in the file, if there is one; RecordingError if it has ended before the run."""
+    for p in (r.state for r in recorders):
+        if p.fault:
+            raise RecordingError(f"{p.fault}; {p.seconds:.1f} s of the run are in it")
+        lost = f", {p.dropped} dropped" if p.dropped else ""
+        words = f"recorded {p.seconds:.1f} s, {p.ticks} ticks{lost}, in {p.path}"
+        print(words, file=out, flush=True)
+
+
 def _serve(
-    setup: "Setup", params: Params, entrance: Entrance, window: Window | None, open_browser: bool
-) -> None:
+    setup: "Setup", params: Params, entrance: Entrance, window: Window | None, open_browser: bool,
+    record: Path | None,
+) -> None:  # fmt: skip
     """Engine, page and, with a window, live views until the process is asked to end."""
+    from app.record.recorder import start_recording
+    from app.record.ring import Ring
     from app.ui.live.server import LiveViews
     from app.ui.page import Page
     from app.wiring import build_engine
@@ -184,8 +219,14 @@ def _serve(
         signal.signal(number, lambda *_: quit_asked.set())
     host, port, token, origins = entrance
     with ExitStack() as ends:  # in the other order: what shows the engine goes before it
-        engine = build_engine(replace(setup, apart=True), WallClock(), params)
+        recorders: list[Recorder] = []
+        ends.callback(_say_recorded, recorders, sys.stdout)
+        setup = replace(setup, apart=True)
+        engine = build_engine(setup, WallClock(), params)
         ends.callback(engine.close)
+        if record is not None:
+            recorders.append(start_recording(engine, setup, record))
+        engine.follow(Ring(engine, setup))
         page = Page(engine, host, port, token=token, origins=origins)
         ends.callback(page.stop)
         live = LiveViews(engine, window.port, window.origins) if window else None

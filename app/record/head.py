@@ -13,6 +13,7 @@ from app.record.fingerprint import Fingerprint, fingerprint_of
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.setup import Setup
+from app.state import Room, State
 from app.tick import Limits
 from app.timing import date_now
 
@@ -75,6 +76,8 @@ class Mind(Protocol):
 
     @property
     def born(self) -> Born: ...
+    def capture(self, room: Room | None = None) -> State: ...
+    def written(self, state: State) -> bytes: ...
 
 
 class Plant(Protocol):

@@ -17,6 +17,7 @@ class Witness:
     digests:  8 bytes of each field by its name; equal values, equal bytes.
     qd:       (n,) [rad/s] the command.   tool: (3,) [m] where the tool is, base frame.
     distance: [m] smallest of the whole body, +inf without a point.
+    mode, reached, activation: as in the Outputs and their parts.
     """
 
     digests: dict[str, bytes]
@@ -24,6 +25,8 @@ class Witness:
     tool: Array
     distance: float
     mode: Mode
+    reached: int
+    activation: float
 
 
 class WitnessOf:
@@ -40,8 +43,10 @@ class WitnessOf:
             if last is None or last[0] is not value:
                 last = self._last[name] = value, bytes.fromhex(digest(value))
             digests[name] = last[1]
-        tool = out.T_base_tool[:3, 3]
-        return Witness(digests, out.command.qd, tool, out.body.minimum, out.status.mode)
+        return Witness(
+            digests, out.command.qd, out.T_base_tool[:3, 3], out.body.minimum, out.status.mode,
+            out.reached, out.command.activation,
+        )  # fmt: skip
 
 
 def witness_of(out: Outputs) -> Witness:

@@ -8,8 +8,10 @@ from app.cell.parts import Box, HalfSpace
 from app.errors import WorldError
 from app.messages import freeze
 from app.poses import pose, transform
+from app.world.build import MIDDLE, SHORT, TALL
+from app.world.clip import Clip, clip_bodies
 from app.world.motion import motion_of, route_of
-from app.world.person import PAUSE, Plan, varied
+from app.world.person import PAUSE, Plan, person_bodies, varied
 from app.world.shapes import shape_of
 from app.world.tables import BodyTable, CropTable, PersonTable, PlaneTable
 from app.world.world import Body
@@ -35,8 +37,35 @@ def body_of(table: BodyTable, folder: Path, where: str) -> tuple[Body, Box | Non
     return body, Box(body.name, freeze(T_base_box), freeze(high - low + 2 * table.margin_m))
 
 
+def person_of(table: PersonTable, folder: Path, seed: int, where: str) -> list[Body]:
+    """The parts of a person, who walks over stops or plays a clip of `folder`.
+
+    The entry's own seed and `seed` vary the person together.
+    """
+    if not table.clip:
+        if table.at_m is not None:
+            raise WorldError(f"{where}: at_m belongs to a clip; give a clip or stops")
+        return person_bodies(plan_of(table, seed, where))
+    if table.stops or table.at_m is None:
+        raise WorldError(f"{where}: a clip is played at one place; give at_m and leave stops out")
+    return clip_bodies(table.name, clip_of(table, folder, table.at_m, seed))
+
+
+def clip_of(table: PersonTable, folder: Path, at: tuple[float, float], seed: int) -> Clip:
+    """A person's clip, which begins at `at` [m]; a seed draws stature and beginning."""
+    stature, start = table.stature_m or MIDDLE, 0.0
+    if table.seed is not None:
+        rng = np.random.default_rng([table.seed, seed])
+        start = float(rng.uniform())
+        stature = table.stature_m or float(rng.uniform(SHORT, TALL))
+    heading = float(np.radians(table.heading_deg))
+    return Clip(folder / table.clip, stature, np.array(at), heading, start)
+
+
 def plan_of(table: PersonTable, seed: int, where: str) -> Plan:
-    """A person's plan; the entry's own seed and `seed` vary it together."""
+    """A walking person's plan; the entry's own seed and `seed` vary it together."""
+    if not table.stops:
+        raise WorldError(f"{where}: there is nowhere to go; give stops or a clip")
     for i, stop in enumerate(table.stops, start=1):
         if stop.reach_m is not None and stop.dwell_s < PAUSE:
             raise WorldError(
@@ -46,10 +75,16 @@ def plan_of(table: PersonTable, seed: int, where: str) -> Plan:
     dwell = [stop.dwell_s for stop in table.stops]
     reach = [NOWHERE if stop.reach_m is None else stop.reach_m for stop in table.stops]
     route = route_of(points, dwell, table.speed_mps, table.loop, where)
-    plan = Plan(table.name, route, freeze(np.array(reach)), int(table.hand == "right"))
+    if table.order == "varied" and (table.seed is None or not table.loop):
+        raise WorldError(f"{where}: order = 'varied' is drawn and goes on; give a seed and loop")
+    plan = Plan(
+        table.name, route, freeze(np.array(reach)), int(table.hand == "right"),
+        stature=table.stature_m or MIDDLE,
+    )  # fmt: skip
     if table.seed is None:
         return plan
-    return varied(plan, np.random.default_rng([table.seed, seed]))
+    rng = np.random.default_rng([table.seed, seed])
+    return varied(plan, rng, table.stature_m is None, table.order == "varied")
 
 
 def crop_of(table: CropTable) -> Box:

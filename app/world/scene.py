@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from msgspec.structs import replace
 
 from app.assets import asset_folder, find_asset
 from app.cell.parts import Cell
@@ -16,8 +17,8 @@ from app.errors import WorldError
 from app.messages import Array, Goal, freeze
 from app.poses import pose
 from app.toml import read_toml
-from app.world.entries import body_of, crop_of, plan_of, plane_of
-from app.world.person import person_bodies
+from app.world.entries import body_of, crop_of, person_of, plane_of
+from app.world.people import people_instead
 from app.world.tables import BodyTable, CropTable, PersonTable, PlaneTable, SceneTable
 from app.world.world import Body
 
@@ -47,13 +48,15 @@ def find_scene(name_or_path: str) -> Path:
     return find_asset(name_or_path, asset_folder("static_assets") / "scenes", ".toml", WorldError)
 
 
-def load_scene(path: Path, seed: int = 0) -> Scene:
+def load_scene(path: Path, seed: int = 0, people: str = "") -> Scene:
     """The scene in a file; `seed` varies the people that have a seed of their own.
 
+    people: who is there instead of the scene's own, see `app.world.people`.
     Raises WorldError naming the file, the entry, the key and the remedy.
     """
     where, folder = path.name, path.parent
     table = read_toml(path, SceneTable, WorldError, where)
+    table = replace(table, person=people_instead(table.person, people))
     for kind, entries in (
         ("body", table.body), ("person", table.person),
         ("crop", table.crop), ("plane", table.plane),
@@ -63,7 +66,7 @@ def load_scene(path: Path, seed: int = 0) -> Scene:
     bodies = [body for body, _ in read]
     boxes = [box for _, box in read if box is not None]
     for person in table.person:
-        bodies += person_bodies(plan_of(person, seed, f"{where}: person {person.name!r}"))
+        bodies += person_of(person, folder, seed, f"{where}: person {person.name!r}")
     boxes += map(crop_of, table.crop)
     goal, home = table.goal, table.home_deg
     return Scene(

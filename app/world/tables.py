@@ -12,6 +12,7 @@ from app.toml import Name, NotNegative, Positive, Table, Vector
 NOT_TURNED: Vector = (0.0, 0.0, 0.0)
 GREY = "#9aa0a6"
 Size = tuple[Positive, Positive, Positive]
+Stature = Annotated[float, Meta(ge=0.5, le=2.5)]
 Colour = Annotated[
     str, Meta(pattern="^#[0-9a-fA-F]{6}$", extra_json_schema={"description": "'#rrggbb'"})
 ]
@@ -122,14 +123,24 @@ class StopTable(Table, frozen=True):
 
 
 class PersonTable(Table, frozen=True):
-    """One `[[person]]`; with a seed the person's habits vary."""
+    """One `[[person]]`; with a seed the person's habits vary, and the stature where it is left out.
+
+    order: "given", or "varied": the seed draws which stop comes next, and for how long.
+    clip:  a BVH file beside the scene instead of stops; it begins at `at_m`, looking to
+           `heading_deg` from ahead of the arm to its left, and is played again and again.
+    """
 
     name: Name
-    speed_mps: Positive
-    stops: tuple[StopTable, ...]
+    speed_mps: Positive = 0.6
+    stops: tuple[StopTable, ...] = ()
     loop: bool = True
     hand: Literal["left", "right"] = "right"
     seed: Annotated[int, Meta(ge=0)] | None = None
+    stature_m: Stature | None = None
+    order: Literal["given", "varied"] = "given"
+    clip: str = ""
+    at_m: tuple[float, float] | None = None
+    heading_deg: float = 0.0
 
 
 class CropTable(Table, frozen=True):
