@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 import tyro
 
 from app.cli.confirm import confirm
+from app.cli.desktop import has_desktop
 from app.cli.kernels import print_progress
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
@@ -243,14 +244,6 @@ def _serve(
             print(f"Foxglove and Lichtblick see it at {live.url}", flush=True)
         for line in (*entrance.words(), *engine.warnings):
             print(line, flush=True)
-        if open_browser and _has_desktop():
+        if open_browser and has_desktop():
             webbrowser.open(page.url)
         quit_asked.wait()
-
-
-def _has_desktop() -> bool:
-    if os.environ.get("CI"):
-        return False
-    return sys.platform in ("darwin", "win32") or any(
-        os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY")
-    )
