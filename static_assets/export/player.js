@@ -218,7 +218,7 @@ function rows() { // what is drawn: name in words, colour, clip, column, look
     line(several ? clip.name : "whole arm", "distance", several ? CLIPS[k % CLIPS.length] :
       COLOURS.distance, clip, { width: 2 });
     if (!several) line("as the controller looks", "own", COLOURS.own, clip, { width: 1.2 });
-    if (!several) line("ghost", "ghost", COLOURS.ghost, clip, { width: 1.5 });
+    if (!several) line("ghost, within 0.5 s", "ghost", COLOURS.ghost, clip, { width: 1.5 });
     if (!several) line("separation needed", "separation", COLOURS.separation, clip, { dash: [2, 3] });
   });
   line("distance kept", "kept", COLOURS.kept, clips[0], { dash: [6, 4] });

@@ -106,6 +106,7 @@ class Legend:
 
     def _points(self, verdict: Verdict, on: bool = True) -> Entry:
         label, words = WORDS[verdict]
+        label = "Ghost points" if verdict is Verdict.GHOST else label  # not the ghost's
         nodes = f"^/cloud/{verdict.name.lower()}$"
         return Entry(label, words, (POINT[verdict],), nodes, on=on)
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from app.control.registry import kind_of
 from app.ui.export.document import Words, document
 from app.ui.export.export import Exported
 from app.ui.export.film import Arm
@@ -29,7 +30,7 @@ def page_of(arm: Arm, clips: Sequence[Exported], origin: str) -> str:
         for entry in clip.entries:
             legend.setdefault(entry.label, entry)
     names = [clip.clip.name for clip in clips]
-    ghosts = {c.first.ghost.mode for c in clips if c.first.ghost is not None}
+    ghosts = {label_of(c.first.ghost.mode) for c in clips if c.first.ghost is not None}
     what = OPEN_LOOP.format(name=", ".join(sorted(ghosts))) if ghosts else ""
     if len(clips) > 1:
         what += "Side by side: " + ", ".join(names) + ". "
@@ -48,6 +49,12 @@ def page_of(arm: Arm, clips: Sequence[Exported], origin: str) -> str:
         },
     )
     return document([clip.clip for clip in clips], list(legend.values()), words)
+
+
+def label_of(ghost: str) -> str:
+    """A ghost's name, which begins with its mode, as people call the controller."""
+    mode, comma, rest = ghost.partition(",")
+    return f"{kind_of(mode).label}{comma}{rest}"
 
 
 def least(clip: Exported) -> str:

@@ -1,6 +1,7 @@
 """Recordings as what can be exported: the arm of each, and its ticks recomputed in their order."""
 
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -65,9 +66,19 @@ def _ticks(timeline: Timeline, part: Part) -> Iterator[Snapshot]:
         if seconds > part.end:
             return
         if seconds >= part.begin:
-            yield timeline.snapshot(i)
+            yield ahead(timeline, i)
         else:
             timeline.reach(i)
+
+
+def ahead(timeline: Timeline, i: int) -> Snapshot:
+    """Tick i; a ghost's distance is the one that its command would lead to, as it is drawn."""
+    snapshot, loop = timeline.snapshot(i), timeline.mind.ghost
+    if loop is None or snapshot.ghost is None:
+        return snapshot
+    inputs, outputs = timeline.tick(i)
+    distance = loop.ahead.distance(inputs.joints.q, snapshot.ghost.command.qd, outputs)
+    return replace(snapshot, ghost=replace(snapshot.ghost, distance=distance))
 
 
 def origin_of(recording: Recording) -> str:

@@ -101,8 +101,8 @@ class ArmPanel:
 def panel_style(room: int) -> str:
     """What lays the panel out in a height of `room` [px]."""
     # viser lays its controls out one below another, lets panels share a column by weights and puts
-    # handles around each; what is marked here stands side by side in a room that stays as it is. The
-    # tabs below are made narrower, so that all of them stand in one row
+    # handles around each; what is marked here stands side by side in a room that stays as it is;
+    # the tabs below are made narrower, so that all of them stand in one row
     return f"""<style>
 div:has(> div > .arm-panel) {{ display: grid; gap: 0.15em 0.4em;
   grid-template-columns: repeat(3, minmax(0, 5.6em)) minmax(6.8em, 1fr);
