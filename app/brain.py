@@ -11,6 +11,7 @@ bit. Motion stops on any doubt, with a reason; only a person's action sets it go
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -20,28 +21,43 @@ from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.controllers import Controllers
 from app.control.errand import Errand
-from app.control.programs import Program
+from app.control.path import StraightPath
+from app.control.programs import Program, ProgramRun, Waypoint
 from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
 from app.messages import Array, Command, Goal, JointState, Mode, freeze
 from app.perception.blindness import Cones
+from app.perception.look import Links
 from app.perception.perceiver import Perceiver
 from app.perception.perception import Percept, Perception
 from app.perception.self_filter import SelfFilter
-from app.perception.tree import Forest
 from app.raycast import RigidMesh
 from app.robot.model import Robot
 from app.robot.skin import Skin
+from app.state import Room, State, capture, restore
+from app.state_bytes import from_bytes, to_bytes
 from app.tick import Inputs, Outputs
 from app.wishes import Wishes
 
 # what a brain is built on and never changes; a self filter holds nothing but rays and scratch
-FACTS = (Robot, Skin, RigidMesh, Forest, SelfFilter, Clearance, Cones)
+FACTS = (Robot, Skin, RigidMesh, Links, SelfFilter, Clearance, Cones)
+
+# what its state may come to hold later on
+LATER = (Goal, Program, ProgramRun, StraightPath, Waypoint)
 
 
 def no_lap(room: str) -> None:
     """Nobody times the rooms."""
+
+
+class Born(NamedTuple):
+    """What a brain begins with, and begins with again after a reset."""
+
+    params: Params
+    goal: Goal | None
+    programs: Mapping[str, Program]
+    begin: Mode
 
 
 class Brain:
@@ -61,14 +77,14 @@ class Brain:
     ) -> None:
         """perception: a study's own; None, and everywhere else: what follows from frames."""
         self.robot, self.skin, self.cell = robot, skin, cell or Cell()
-        self._born = params or Params(), goal, dict(programs or {}), begin
+        self.born = Born(params or Params(), goal, dict(programs or {}), begin)
         self._perception = perception or Perception(robot, skin, self.cell)
         self._controllers = Controllers(robot, self.cell)
         self.reset()
 
     def sibling(self, mode: str) -> "Brain":
         """A second mind for the same arm and place, with another controller."""
-        params, goal, programs, begin = self._born
+        params, goal, programs, begin = self.born
         params = replace(params, mode=mode)
         return Brain(
             self.robot, self.skin, self.cell, params, goal=goal, programs=programs, begin=begin
@@ -76,7 +92,7 @@ class Brain:
 
     def reset(self) -> None:
         """As on the first day: nothing seen, nothing asked for, the settings of the start."""
-        params, goal, programs, begin = self._born
+        params, goal, programs, begin = self.born
         self._perception.reset()
         self._controllers.reset()
         self._controllers.know(self.cell.learned)
@@ -88,6 +104,29 @@ class Brain:
     def digest(self) -> str:
         """A text for the whole state; equal after equal Inputs."""
         return digest(vars(self), FACTS)
+
+    def capture(self, room: Room | None = None) -> State:
+        """The whole state, to be kept while ticks go on; between two ticks only."""
+        return capture(vars(self), FACTS, room)
+
+    def restore(self, state: State) -> None:
+        """As it was when this brain's `state` was captured; may be done as often as wanted."""
+        before = self._perception.background.known
+        restore(state)
+        known = self._perception.background.known
+        if known is not before:
+            self._controllers.know(known)  # it lies in what is built on, not in the state
+
+    def written(self, state: State) -> bytes:
+        """A captured state as bytes; in any thread."""
+        return to_bytes(state, FACTS)
+
+    def read(self, data: bytes) -> State:
+        """The state that another brain of the same make has `written`, for this one.
+
+        RecordingError if it does not fit, or is damaged.
+        """
+        return from_bytes(data, vars(self), FACTS, LATER)
 
     @property
     def params(self) -> Params:

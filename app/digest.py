@@ -44,12 +44,12 @@ def _walk(value: Any, facts: tuple[type, ...], sha: Any, seen: dict[int, tuple[i
         sha.update(f"{value.dtype}{value.shape};".encode())
         sha.update(np.ascontiguousarray(value).data)
         return
-    for name, part in _parts(value):
+    for name, part in parts_of(value):
         sha.update(f"{name}=".encode())
         _walk(part, facts, sha, seen)
 
 
-def _parts(value: Any) -> list[tuple[Any, Any]]:
+def parts_of(value: Any) -> list[tuple[Any, Any]]:
     """The named parts of a container or an object, in an order that does not depend on chance."""
     if isinstance(value, Mapping):
         return list(value.items())

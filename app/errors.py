@@ -28,6 +28,10 @@ class SensorError(FlinchError):
     """A sensor source (recording, port) that cannot be used."""
 
 
+class RecordingError(FlinchError):
+    """A recording of a run that cannot be written, read or understood."""
+
+
 class StudyError(FlinchError):
     """A study that cannot be made here."""
 

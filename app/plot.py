@@ -11,6 +11,7 @@ from app.errors import ConfigError
 KINDS = (".png", ".svg")
 COLOURS = ("#00798c", "#d1495b", "#edae49", "#8d96a3", "#66437d", "#5b8c3e")  # in their order
 Curve = tuple[Sequence[float], Sequence[float]]
+Runs = Mapping[str, tuple[Any, Any]]  # of one run: title of a field to seconds and values
 
 
 def check_plot(path: Path) -> None:
@@ -35,6 +36,25 @@ def plot_lines(path: Path, fields: Mapping[str, Mapping[str, Curve]], across: st
         field.set(title=title, xlabel=across, ylabel=up, xscale="log", yscale="log")
         field.grid(alpha=0.3)
         field.legend(fontsize="small")
+    _save(figure, path)
+
+
+def plot_runs(path: Path, runs: Mapping[str, Runs], title: str) -> None:
+    """Runs by name over the same time, a field below another."""
+    from matplotlib.figure import Figure
+
+    titles = list(next(iter(runs.values())))
+    figure = Figure(figsize=(9.2, 2.4 * len(titles)), layout="constrained")
+    fields = figure.subplots(len(titles), 1, sharex=True, squeeze=False)[:, 0]
+    for field, name in zip(fields, titles, strict=True):
+        for colour, (run, curves) in zip(cycle(COLOURS), runs.items(), strict=False):
+            field.plot(*curves[name], color=colour, lw=1.2, label=run)
+        field.set_title(name, fontsize="medium", loc="left")
+        field.grid(alpha=0.3)
+    fields[0].legend(fontsize="small")
+    fields[-1].set_xlabel("time [s]")
+    if title:
+        figure.suptitle(title)
     _save(figure, path)
 
 

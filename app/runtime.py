@@ -77,6 +77,10 @@ class Engine:
         """Hand every tick from now on to `follower`, which must not take long."""
         self._followers = (*self._followers, follower)
 
+    def unfollow(self, follower: Follower) -> None:
+        """Hand it no more ticks, but perhaps the one that is under way; it is not closed."""
+        self._followers = tuple(f for f in self._followers if f is not follower)
+
     # --- one tick -------------------------------------------------------------------------
 
     def step(self) -> Snapshot:

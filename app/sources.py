@@ -28,16 +28,22 @@ def real_title(setup: Setup) -> str:
 
 
 def build_source(
-    setup: Setup, robot: Robot, skin: Skin, scene: Scene, clock: Clock
-) -> tuple[Source, World | None]:
-    """Where the frames come from, and the simulated world that is seen, if any is."""
+    setup: Setup, robot: Robot, skin: Skin, scene: Scene, clock: Clock,
+    recorded: Source | None = None,
+) -> tuple[Source, World | None]:  # fmt: skip
+    """Where the frames come from, and the simulated world that is seen, if any is.
+
+    recorded: the skin of a whole recorded run, where the setup names one.
+    """
     real, mixed, _ = setup.sensors.partition("+simulated")
     if setup.sensors != SIMULATED and not mixed:
         # real sensors see a real world; drawing a simulated one would mislead
-        return _real_source(real, skin, clock), None
+        return recorded or _real_source(real, skin, clock), None
     world = World(scene.bodies)
     eye = build_eye(setup, robot, world)
-    return (MixedSkin(_real_source(real, skin, clock), eye) if mixed else eye), world
+    if not mixed:
+        return eye, world
+    return MixedSkin(recorded or _real_source(real, skin, clock), eye), world
 
 
 def build_eye(setup: Setup, robot: Robot, world: World) -> SimulatedSkin | SimulatedSkinApart:

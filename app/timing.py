@@ -35,6 +35,11 @@ class WallClock:
             time.sleep(wait)
 
 
+def date_now() -> float:
+    """[s] since 1970: when something was, never how long it took."""
+    return time.time()
+
+
 @dataclass
 class ManualClock:
     """A clock that stands still until it is moved; sleeping moves it at once."""

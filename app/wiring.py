@@ -22,6 +22,7 @@ from app.plant.mixed import MixedPlant
 from app.plant.plant import Arm
 from app.plant.real import RealPlant
 from app.plant.simulated import SimulatedPlant
+from app.replay.skin import RecordedSkin, recorded_skin
 from app.robot.arm import SimulatedArm
 from app.robot.blind import blind_words
 from app.robot.model import Robot
@@ -53,9 +54,10 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     cell, learned_file = _cell(setup, scene)
     held: list[Arm | Source] = []
     try:
-        source, world = build_source(setup, robot, skin, scene, clock)
+        recorded = recorded_skin(setup, skin)
+        source, world = build_source(setup, robot, skin, scene, clock, recorded)
         held.append(source)
-        arm = _arm(setup, robot, home if world is not None else None, encoder_noise(source))
+        arm = _arm(setup, robot, _begin(setup, recorded, world, home), encoder_noise(source))
         held.append(arm)
         engine = assemble(
             robot, skin, arm, source, world, clock, rate=setup.rate,
@@ -85,10 +87,20 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     return engine
 
 
+def _begin(
+    setup: Setup, recorded: RecordedSkin | None, world: World | None, home: Array | None
+) -> Array | None:
+    """Where the arm begins: in a simulated world as its scene says, with the frames of a recording
+    where they were seen from; None for the robot's own home."""
+    if recorded is not None and not setup.choice.home_deg and recorded.posture is not None:
+        return recorded.posture
+    return home if world is not None else None
+
+
 def plant_alone(setup: Setup, robot: Robot, skin: Skin, clock: Clock) -> tuple[RealPlant, Source]:
     """Arm and sensors without a brain, whoever reads it moves the arm himself; and the sensors."""
     scene = load_scene(find_scene(setup.scene), setup.seed, setup.person)
-    source, world = build_source(setup, robot, skin, scene, clock)
+    source, world = build_source(setup, robot, skin, scene, clock, recorded_skin(setup, skin))
     try:
         home = choose_home(setup, scene, robot)
         arm = _arm(setup, robot, home if world is not None else None, encoder_noise(source))

@@ -74,7 +74,7 @@ def same_again(seconds):
 
 
 def test_a_run_recorded_in_memory_and_run_again_has_the_same_state_at_every_tick():
-    same_again(3.0)
+    same_again(1.6)
 
 
 @pytest.mark.slow
@@ -130,8 +130,12 @@ def beside_the_forearm(robot, snapshot, gap):
 
 
 @pytest.mark.parametrize(
-    ("mode", "memory"), [("qp", False), ("qp", True), ("wb", True), ("multi", False), ("sm", False)]
-)
+    ("mode", "memory"),
+    [
+        ("qp", True), ("wb", True),
+        *(pytest.param(mode, False, marks=pytest.mark.slow) for mode in ("qp", "multi", "sm")),
+    ],
+)  # fmt: skip
 def test_what_left_while_the_arm_was_stopped_does_not_move_it_when_it_runs_again(
     robot, skin, mode, memory
 ):

@@ -8,7 +8,7 @@ from app.setup import Setup
 from app.studies.headless import run, summary
 
 
-def steady_true_distance(scene, mode, seconds=8.0):
+def steady_true_distance(scene, mode, seconds=6.0):
     record, _ = run(
         Setup(scene=scene, seed=3, rate=125.0, world="ideal"), seconds, Params(mode=mode)
     )

@@ -13,7 +13,9 @@ ROOT = Path(__file__).parent.parent
 TEXT = (ROOT / "pyproject.toml").read_text()
 PROJECT = tomllib.loads(TEXT)["project"]
 MODULES = {  # of a package, where they are not called as it is
+    "foxglove-schemas-protobuf": {"foxglove_schemas_protobuf"},
     "libigl": {"igl"},
+    "mcap-protobuf-support": {"mcap_protobuf"},
     "pin": {"pinocchio", "coal"},
     "pin-pink": {"pink"},
     "pyserial": {"serial"},

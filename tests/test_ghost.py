@@ -23,8 +23,8 @@ def run(setup, seconds, break_at=None):
 
 
 def test_a_ghost_moves_by_its_own_controller_and_leaves_the_arm_alone():
-    _, alone = run(NEAR, 5.0)
-    _, both = run(Setup(scene="side-panel", rate=100, seed=3, world="ideal", ghost="wb"), 5.0)
+    _, alone = run(NEAR, 3.5)
+    _, both = run(Setup(scene="side-panel", rate=100, seed=3, world="ideal", ghost="wb"), 3.5)
     assert alone.ghost is None and both.ghost.mode == "wb"
     assert np.array_equal(alone.joints.q, both.joints.q)
     assert np.abs(both.ghost.T_base_link - both.T_base_link).max() > 0.05

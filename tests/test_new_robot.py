@@ -81,7 +81,7 @@ def test_the_template_is_what_the_command_writes(tmp_path):
         assert (tmp_path / "new" / name).read_bytes() == (TEMPLATE / name).read_bytes(), name
 
 
-@pytest.mark.parametrize("kind", ["primitives", "meshes"])
+@pytest.mark.parametrize("kind", [pytest.param("primitives", marks=pytest.mark.slow), "meshes"])
 def test_an_arm_of_seven_joints_works_the_whole_way(kind, request, tmp_path, capsys):
     urdf, out = request.getfixturevalue(kind), str(tmp_path / "mine")
     assert main(["new-robot", str(urdf), "--ring", "seg3:8", "--ring", "seg5:6", "--out", out]) == 0

@@ -157,7 +157,7 @@ def test_a_learned_post_bounds_the_motion_that_it_no_longer_holds_back(robot, sk
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
     bench.run(0.01, SetGoal(T), SetMode(Mode.RUNNING))
     true = []
-    for _ in range(800):
+    for _ in range(500):
         s = bench.run(0.01)
         true.append(truth.measure(s.T_base_link, bench.world).min())
     assert 0.0 < min(true) < 0.1  # it came near and stayed off

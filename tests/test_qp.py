@@ -355,7 +355,7 @@ joints = st.one_of(
 )
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(joints, st.lists(threat, max_size=12), vector, st.booleans(), st.integers(1, 3))
 def test_any_threats_give_a_finite_bounded_command(
     robot, whole_body, q, threats, goal, run, copies

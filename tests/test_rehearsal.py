@@ -36,7 +36,7 @@ for mode in tuple(MODES):
             engine.post(SetMode(Mode.STOPPED))
         if name == "obstacle_speed":
             engine.post(SetMode(Mode.RUNNING))
-        for _ in range(40):
+        for _ in range(25):
             s = engine.step()
         new = {k: n for k, n in versions().items() if n != before[k]}
         if new:

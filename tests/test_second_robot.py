@@ -98,7 +98,7 @@ def test_every_controller_runs_it_in_the_shipped_scenes(mode, scene):
 def test_it_gives_way_to_a_panel_that_stands_before_its_goal():
     steady = {}
     for mode in ("wb", "sm"):
-        record, _ = run(Setup(robot="swan7", scene="side-panel", seed=3), 8.0, Params(mode=mode))
+        record, _ = run(Setup(robot="swan7", scene="side-panel", seed=3), 6.0, Params(mode=mode))
         assert record.stops == []
         steady[mode] = record.steady(2.0)
     assert 0.20 < steady["wb"] < 0.30  # d_min .. d_min + delta

@@ -85,6 +85,7 @@ def test_it_can_be_chosen_on_the_page_and_its_distances_are_drawn(page, engine):
     assert sample(now)[2:4] == pytest.approx((22.0, 32.0))
 
 
+@pytest.mark.slow
 def test_it_takes_part_in_the_studies_and_in_their_picture(robot, skin, tmp_path, monkeypatch):
     assert {"toy", "qp", "wb"} <= {k.name for k in taking_part("tradeoff")}
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])

@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 
 from app.cell.learned import Learned
+from app.cell.outline import CORNERS, FACES, bottom_of, outline
 from app.cell.parts import Box, Cell, HalfSpace
 from app.messages import BackgroundView
 from app.poses import transform
 from app.ui.page import Page
-from app.ui.scene.cell_view import CORNERS, FACES, outline
-from app.ui.scene.stage import bottom_of
 from tests.ui_page import (  # noqa: F401 - fixtures
     FakeEngine,
     run,

@@ -10,7 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from app.messages import Array
-from app.ui.scene.poses import STILL, Nodes, follow, quaternion, wxyz
+from app.poses import quaternion
+from app.ui.scene.poses import STILL, Nodes, follow, wxyz
 from tests.ui_page import serving
 
 COUNT = 12

@@ -13,10 +13,12 @@ import tyro
 
 from app.cli.bench import Bench
 from app.cli.calibrate import Calibrate
+from app.cli.compare import Compare
 from app.cli.doctor import Doctor
 from app.cli.experiments import Experiment
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
+from app.cli.replay import Replay
 from app.cli.run import Run
 from app.cli.settings import Settings
 from app.cli.skin import SkinCommand
@@ -28,6 +30,8 @@ __all__ = ["COMMANDS", "Run", "main"]
 
 COMMANDS: dict[str, Callable[..., Any]] = {
     "run": Run,
+    "replay": Replay,
+    "compare": Compare,
     "bench": Bench,
     "doctor": Doctor,
     "calibrate": Calibrate,

@@ -5,22 +5,27 @@ import signal
 import sys
 import threading
 import webbrowser
+from contextlib import ExitStack
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
 
 import tyro
 
 from app.cli.confirm import confirm
+from app.cli.desktop import has_desktop
 from app.cli.kernels import print_progress
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.control.registry import kinds
-from app.errors import ConfigError
+from app.errors import ConfigError, RecordingError
 from app.timing import WallClock
 from app.ui.entrance import Entrance, checked_origin, operator_token
+from app.ui.live.window import VIEWERS_PORT, Window, viewer_origin
 
 if TYPE_CHECKING:  # the parts of an engine take a second to load; --help need not wait for it
+    from app.record.recorder import Recorder
+    from app.runtime import Engine
     from app.setup import Setup
 
 DEFAULT_PORT = 8080
@@ -96,6 +101,11 @@ class Run(WhichRobot):
     """A file with the operator token; the variable FLINCH_TOKEN can hold it instead."""
     origin: tuple[str, ...] = ()
     """Public addresses of the page, as of a proxy in front: https://cell.example."""
+    foxglove: tuple[int, ...] | None = None
+    """Show the run to Foxglove or Lichtblick as well, at ws://localhost:PORT (8765 without one):
+    read only, from this machine only."""
+    foxglove_origin: tuple[str, ...] = ()
+    """Web pages that may look there: https://app.foxglove.dev. Desktop viewers need none."""
     open: bool = True
     """Open the page in a browser where there is a desktop."""
     headless: bool = False
@@ -104,6 +114,8 @@ class Run(WhichRobot):
     """Length of a headless run [s]."""
     json: bool = False
     """Print the headless summary as one JSON object."""
+    record: Path | None = None
+    """Record the run into this new file, FILE.mcap: all that enters every tick, to be replayed."""
     config: Path | None = None
     """A TOML file of settings; flags win over it."""
     settings: Annotated[Any, tyro.conf.OmitArgPrefixes] = field(default_factory=no_flags)
@@ -113,8 +125,13 @@ class Run(WhichRobot):
             raise ConfigError(f"seconds = {self.seconds:g}; give a positive number")
         if not 0.0 <= self.stray <= 0.1:
             raise ConfigError(f"stray = {self.stray:g}; give a share from 0 to 0.1")
-        if not 0 <= self.port < 65536:
-            raise ConfigError(f"port = {self.port}; give a value from 0 to 65535")
+        for port in (self.port, *(self.foxglove or ())):
+            if not 0 <= port < 65536:
+                raise ConfigError(f"port = {port}; give a value from 0 to 65535")
+        if self.foxglove is not None and len(self.foxglove) > 1:
+            raise ConfigError(f"foxglove = {self.foxglove}; give one port, or none for 8765")
+        if self.foxglove_origin and self.foxglove is None:
+            raise ConfigError("--foxglove-origin belongs to live viewers; add --foxglove")
 
     def __call__(self) -> None:
         from app.setup import SIMULATED
@@ -134,17 +151,42 @@ class Run(WhichRobot):
                 raise ConfigError(
                     "a headless run is faster than real time; leave --headless or --driver out"
                 )
-            from app.studies.headless import summary
-
-            report = summary(setup, self.seconds, params)
-            print(report.to_json() if self.json else report.to_text())
+            if self.foxglove is not None:
+                raise ConfigError("--foxglove shows a run as it happens; leave --headless out")
+            self._headless(setup, params)
         else:
             if self.json:
                 raise ConfigError("--json belongs to a headless run; add --headless")
             entrance = self._entrance()
             if self.arm:
                 confirm(self.driver, self.sensors)
-            _serve(setup, params, entrance, self.open)
+            _serve(setup, params, entrance, self._window(), self.open, self.record)
+
+    def _headless(self, setup: "Setup", params: Params) -> None:
+        """Run without a page, record where that is asked for, and print what came of it."""
+        from app.record.recorder import start_recording
+        from app.sources import clock_for
+        from app.studies.headless import summary
+
+        recorders: list[Recorder] = []
+
+        def ready(engine: "Engine") -> None:
+            if self.record is not None:
+                in_real_time = isinstance(clock_for(setup), WallClock)
+                recorders.append(start_recording(engine, setup, self.record, in_real_time))
+
+        report = summary(setup, self.seconds, params, ready)
+        print(report.to_json() if self.json else report.to_text())
+        _say_recorded(recorders, sys.stderr if self.json else sys.stdout)
+
+    def _window(self) -> Window | None:
+        """Where other viewers look in, if they may."""
+        if self.foxglove is None:
+            return None
+        return Window(
+            self.foxglove[0] if self.foxglove else VIEWERS_PORT,
+            tuple(map(viewer_origin, self.foxglove_origin)),
+        )
 
     def _entrance(self) -> Entrance:
         origins = tuple(map(checked_origin, self.origin))
@@ -152,41 +194,56 @@ class Run(WhichRobot):
         return Entrance(self.host, self.port, token, origins)
 
 
-def _serve(setup: "Setup", params: Params, entrance: Entrance, open_browser: bool) -> None:
-    """Engine and page until the process is asked to end."""
+def _say_recorded(recorders: "list[Recorder]", out: TextIO) -> None:
+    """Print what is in the file, if there is one; RecordingError if it has ended before the run."""
+    for p in (r.state for r in recorders):
+        if p.fault:
+            raise RecordingError(f"{p.fault}; {p.seconds:.1f} s of the run are in it")
+        lost = f", {p.dropped} dropped" if p.dropped else ""
+        words = f"recorded {p.seconds:.1f} s, {p.ticks} ticks{lost}, in {p.path}"
+        print(words, file=out, flush=True)
+
+
+def _serve(
+    setup: "Setup", params: Params, entrance: Entrance, window: Window | None, open_browser: bool,
+    record: Path | None,
+) -> None:  # fmt: skip
+    """Engine, page and, with a window, live views until the process is asked to end."""
+    from app.record.recorder import start_recording
+    from app.record.ring import Ring
+    from app.ui.live.server import LiveViews
     from app.ui.page import Page
     from app.wiring import build_engine
 
     quit_asked = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: quit_asked.set())
-    engine = build_engine(replace(setup, apart=True), WallClock(), params)
     host, port, token, origins = entrance
-    try:
+    with ExitStack() as ends:  # in the other order: what shows the engine goes before it
+        recorders: list[Recorder] = []
+        ends.callback(_say_recorded, recorders, sys.stdout)
+        setup = replace(setup, apart=True)
+        engine = build_engine(setup, WallClock(), params)
+        ends.callback(engine.close)
+        if record is not None:
+            recorders.append(start_recording(engine, setup, record))
+        engine.follow(Ring(engine, setup))
         page = Page(engine, host, port, token=token, origins=origins)
-    except BaseException:
-        engine.close()
-        raise
-    try:
+        ends.callback(page.stop)
+        live = LiveViews(engine, window.port, window.origins) if window else None
+        if live:
+            ends.callback(live.stop)
         if quit_asked.is_set():
             return  # asked before anything could move
         engine.progress = print_progress
         engine.start()
         page.start()
         print(f"Flinch is at {page.url}  (Ctrl-C ends it)", flush=True)
+        if live:
+            live.start()
+            print(f"Foxglove and Lichtblick see it at {live.url}", flush=True)
         for line in (*entrance.words(), *engine.warnings):
             print(line, flush=True)
-        if open_browser and _has_desktop():
+        if open_browser and has_desktop():
             webbrowser.open(page.url)
         quit_asked.wait()
-    finally:
-        page.stop()
-        engine.close()
-
-
-def _has_desktop() -> bool:
-    if os.environ.get("CI"):
-        return False
-    return sys.platform in ("darwin", "win32") or any(
-        os.environ.get(v) for v in ("DISPLAY", "WAYLAND_DISPLAY")
-    )

@@ -12,6 +12,12 @@ from app.setup import Setup
 from app.sources import clock_for
 from app.wiring import build_engine
 
+Ready = Callable[[Engine], None]
+
+
+def nothing(engine: Engine) -> None:
+    """An engine needs nothing more to be ready."""
+
 
 def step_until(engine: Engine, end: float, *watchers: Callable[[Snapshot], None]) -> Snapshot:
     """Step to `end` [s] on its clock, or until a recording has ended; returns the last tick's.
@@ -31,19 +37,31 @@ def step_until(engine: Engine, end: float, *watchers: Callable[[Snapshot], None]
         engine.close()
 
 
-def run(setup: Setup, seconds: float, params: Params | None = None) -> tuple[Record, Snapshot]:
-    """Run for `seconds` of simulated time, or until the recording has ended."""
+def run(
+    setup: Setup, seconds: float, params: Params | None = None, ready: Ready = nothing
+) -> tuple[Record, Snapshot]:
+    """Run for `seconds` of simulated time, or until the recording has ended.
+
+    ready: is given the engine before its first tick.
+    """
     clock = clock_for(setup)
     engine = build_engine(setup, clock, params)
+    try:
+        ready(engine)
+    except BaseException:
+        engine.close()
+        raise
     judge = Judge(engine)
     judge.record.began, judge.record.warnings = clock.now(), engine.warnings
     last = step_until(engine, judge.record.began + seconds, judge.update)
     return judge.record, last
 
 
-def summary(setup: Setup, seconds: float, params: Params | None = None) -> Report:
+def summary(
+    setup: Setup, seconds: float, params: Params | None = None, ready: Ready = nothing
+) -> Report:
     """A run as a report: smallest true and perceived distance, goal error, stops."""
-    record, last = run(setup, seconds, params)
+    record, last = run(setup, seconds, params, ready)
     position, angle = goal_error(last.T_base_tool, last.goal.T_base_tool)
     row = {
         "name": "run",

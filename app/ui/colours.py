@@ -1,14 +1,17 @@
-"""Colours that mean something, once: RGB, 0..255. Chosen to stay apart for colour-blind eyes."""
+"""The page's colours, RGB, 0..255; those that other viewers show too come from `app.colours`."""
 
-from app.messages import SensorHealth, Verdict
+from app.colours import ALARM as ALARM
+from app.colours import CALM as CALM
+from app.colours import GREY as GREY
+from app.colours import KNOWN as KNOWN
+from app.colours import POINT as POINT
+from app.colours import REMEMBERED as REMEMBERED
+from app.colours import RGB as RGB
+from app.colours import WARN as WARN
+from app.colours import activation_colour as activation_colour
+from app.messages import SensorHealth
 
-RGB = tuple[int, int, int]
-
-CALM: RGB = (46, 139, 87)
-WARN: RGB = (230, 159, 0)
-ALARM: RGB = (204, 51, 34)
 DANGER: RGB = (201, 42, 42)  # of a button: white on it is read easily, 5.6 : 1
-GREY: RGB = (130, 135, 142)
 DARK: RGB = (60, 66, 74)
 GHOST: RGB = (120, 90, 200)
 
@@ -23,29 +26,8 @@ HEALTH: dict[SensorHealth, RGB] = {
     SensorHealth.SLOW: (222, 203, 80),
 }
 
-KNOWN: RGB = (95, 104, 115)  # learned cubes, and those that a person has not kept yet
-PREVIEW: RGB = (240, 160, 40)
-REMEMBERED: RGB = (0, 158, 115)
+PREVIEW: RGB = (240, 160, 40)  # cubes that a person has not kept yet
 RAW: RGB = (70, 75, 82)
-POINT: dict[Verdict, RGB] = {
-    Verdict.KEPT: (0, 114, 189),
-    Verdict.SELF: (204, 51, 34),
-    Verdict.BEHIND: (170, 80, 170),
-    Verdict.STATIC: (130, 135, 142),
-    Verdict.BAD_STATUS: (230, 159, 0),
-    Verdict.OUT_OF_RANGE: (120, 94, 60),
-    Verdict.STALE: (240, 120, 150),
-    Verdict.GHOST: (86, 180, 233),
-    Verdict.CONTACT: (214, 39, 140),
-}
-
-
-def activation_colour(activation: float) -> RGB:
-    """From calm to alarm in five steps: each new colour rebuilds a material in the browser."""
-    share = round(min(max(activation, 0.0), 1.0) * 4) / 4
-    low, high, t = (CALM, WARN, share * 2) if share <= 0.5 else (WARN, ALARM, share * 2 - 1)
-    r, g, b = (round(a + (z - a) * t) for a, z in zip(low, high, strict=True))
-    return (r, g, b)
 
 
 def css(colour: RGB) -> str:

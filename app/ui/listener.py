@@ -13,6 +13,7 @@ import errno
 import ipaddress
 import socket
 
+from app.errors import ServerError
 from app.timing import Clock
 from app.ui.paced_log import PacedLog
 from app.ui.pacing import Bucket, Shares
@@ -78,3 +79,20 @@ def neighbourhood(host: str) -> str:
     if address.ipv4_mapped is not None:
         return str(address.ipv4_mapped)
     return str(ipaddress.ip_network((address, 64), strict=False))
+
+
+def bound(host: str, port: int) -> socket.socket:
+    """A socket that listens at exactly this port (0 = any free one), or a `ServerError`."""
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        return socket.create_server((host, port), family=family)
+    except OSError as e:
+        if e.errno == errno.EADDRINUSE:
+            raise ServerError(
+                f"port {port} on {host} is taken; stop the other program or give another port "
+                "(0 = any free one)"
+            ) from e
+        raise ServerError(
+            f"cannot listen on {host}:{port} ({e.strerror or e}); "
+            "give an address of this machine, such as 127.0.0.1, and a port you may use"
+        ) from e

@@ -18,6 +18,10 @@ class Every:
         self._last = now
         return True
 
+    def anew(self) -> None:
+        """Whenever it is asked next, it is due."""
+        self._last = None
+
 
 class Bucket:
     """So many a second in the long run, and so many at once."""

@@ -7,7 +7,7 @@ for the eye; the right itself is looked at in the gate.
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection
 from typing import Any
 
 import viser
@@ -36,12 +36,14 @@ class Roles:
         self,
         server: viser.ViserServer,
         gate: Gate,
-        everybody: Iterable[Any],
+        everybody: Collection[Any],
         let_go: Callable[[int], None],
+        what: str = "the arm",
     ) -> None:
-        """`everybody`: the controls that a page may use which only watches."""
-        self._server, self._gate, self._let_go = server, gate, let_go
+        """`everybody`: the controls that a page may use which only watches. `what` is operated."""
+        self._server, self._gate, self._let_go, self._what = server, gate, let_go, what
         self._access, self._clock = gate.access, gate.clock
+        self._may = f"stop {what}, or " if everybody else ""
         self.panels: dict[int, AccessPanel] = {}
         self._inside = gate.inside
         self._hints: dict[int, Every] = {}
@@ -72,7 +74,7 @@ class Roles:
         self._access.arrive(page, self._clock.now())
         if self._access.operator == page:
             self._gate.know(page)
-        self.panels[page] = panel = AccessPanel(client, self._access, self._press)
+        self.panels[page] = panel = AccessPanel(client, self._access, self._press, self._what)
         self._hints[page], self._gives[page] = Every(HINTS), Every(GIVES)
         self._gate.free |= panel.uuids
         self._show()
@@ -164,7 +166,7 @@ class Roles:
         if self._access.operator != page and self._hints[page].due(self._clock.now()):
             who = words(self._access.operator)
             client.add_notification(
-                "You watch", f"{who} operates; you can stop the arm, or take control.",
+                "You watch", f"{who} operates; you can {self._may}take control.",
                 auto_close_seconds=4.0, color="gray",
             )  # fmt: skip
 

@@ -5,9 +5,7 @@ So its one call to websockets is led to our door (`app.ui.door`) while it starts
 is tried before the server is given away: what does not answer as it should is stopped.
 """
 
-import errno
 import queue
-import socket
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
@@ -24,7 +22,7 @@ from app.ui.door import Door, bracketed
 from app.ui.gate import Gate
 from app.ui.inside import check_version
 from app.ui.knock import try_door
-from app.ui.listener import Listener
+from app.ui.listener import Listener, bound
 
 START = 20.0  # [s] for viser to come up
 _patching = threading.Lock()
@@ -47,7 +45,7 @@ def open_page(
     """
     check_version()
     gate = gate or Gate(Access(), WallClock())
-    listener = Listener(_listen(host, port), gate.clock, gate.log)
+    listener = Listener(bound(host, port), gate.clock, gate.log)
     door = Door(host, listener, origins, gate)
     try:
         server = _behind(door, host, title)
@@ -145,19 +143,3 @@ def _quiet() -> Iterator[None]:
         yield
     finally:
         console.quiet = before
-
-
-def _listen(host: str, port: int) -> socket.socket:
-    family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    try:
-        return socket.create_server((host, port), family=family)
-    except OSError as e:
-        if e.errno == errno.EADDRINUSE:
-            raise ServerError(
-                f"port {port} on {host} is taken; stop the other program or give another port "
-                "(0 = any free one)"
-            ) from e
-        raise ServerError(
-            f"cannot listen on {host}:{port} ({e.strerror or e}); "
-            "give an address of this machine, such as 127.0.0.1, and a port you may use"
-        ) from e

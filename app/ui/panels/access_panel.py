@@ -24,8 +24,11 @@ DOTS = (
 class AccessPanel:
     """A line, a field for the token where one is needed, and a button, on top of the page."""
 
-    def __init__(self, client: viser.ClientHandle, access: Access, press: Press) -> None:
-        gui = client.gui
+    def __init__(
+        self, client: viser.ClientHandle, access: Access, press: Press, what: str = "the arm"
+    ) -> None:
+        """what: is operated, in words."""
+        gui, self._what = client.gui, what
         self.page, self._access = client.client_id, access
         self.line = gui.add_html("", order=-4.0)
         self._dots = gui.add_html(DOTS, order=-3.0)
@@ -49,7 +52,7 @@ class AccessPanel:
         """Show who operates now; `refusal` is what the page was answered to its last wish."""
         operator, me = self._access.operator, words(self.page)
         if operator == self.page:
-            self.line.content = line_html(f"You operate the arm ({me})", CALM, refusal)
+            self.line.content = line_html(f"You operate {self._what} ({me})", CALM, refusal)
         else:
             who = f"You watch ({me}); {words(operator)} operates"
             self.line.content = line_html(who, GREY, refusal)

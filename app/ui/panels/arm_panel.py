@@ -24,30 +24,6 @@ NOTICE = 6.0  # [s] that a notice is shown
 PERIOD = 0.1  # [s]
 ROOM = 176  # [px] height of the panel
 
-# viser lays its controls out one below another, lets panels share a column by weights and puts
-# handles around each; what is marked here stands side by side in a room that stays as it is
-STYLE = f"""<style>
-div:has(> div > .arm-panel) {{ display: grid; gap: 0.15em 0.4em;
-  grid-template-columns: repeat(3, minmax(0, 5.6em)) minmax(6.8em, 1fr);
-  padding: 0.65em 0.7em 0 }}
-div:has(> div > .arm-panel) > div {{ margin: 0 !important; padding: 0 !important; min-width: 0 }}
-div:has(> div > .arm-panel) button {{ padding: 0; height: 2.3em !important }}
-div:has(> .arm-panel) {{ display: none }}
-div:has(> .arm-line) {{ grid-column: 1 / -1 }}
-[data-dock-scroll] > div:has(.arm-panel) {{ flex: 0 0 {ROOM}px !important }}
-[data-dock-scroll] > div:has(.arm-panel) + [data-dock-divider] {{ pointer-events: none }}
-[data-dock-scroll] > div:has(.arm-panel) ~ div:not([data-dock-divider]) {{
-  flex-grow: 1 !important }}
-[data-dock-region]:has(.arm-panel) [data-dock-region-handle],
-[data-dock-column]:has(.arm-panel) > [data-dock-column-handle],
-[data-dock-group]:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
-@media (max-width: 36em) {{
-  div:has(> div > .arm-panel) {{ position: fixed; inset: 0 0 auto; height: {ROOM}px; z-index: 20;
-    background: var(--mantine-color-body) }}
-  .mantine-Notifications-root {{ margin-top: {ROOM}px }}
-  .mantine-Tabs-root:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
-}}
-</style><span class="arm-panel"></span>"""
 WISH = "Keys R, H, S · Stop travels over a network: it is not an emergency stop"
 
 
@@ -61,7 +37,7 @@ class ArmPanel:
         gui = server.gui
         panel = gui.add_panel()
         with panel.add_tab("Arm"):
-            gui.add_html(STYLE)
+            gui.add_html(panel_style(ROOM))
             run = gui.add_button(
                 "Run", color="green", icon=viser.Icon.PLAYER_PLAY, hint="go to the goal (key R)"
             )
@@ -120,6 +96,34 @@ class ArmPanel:
         if notice is not self._notice:
             self._notice, self._told_at = notice, now
         return notice if now - self._told_at < NOTICE else NO_NOTICE
+
+
+def panel_style(room: int) -> str:
+    """What lays the panel out in a height of `room` [px]."""
+    # viser lays its controls out one below another, lets panels share a column by weights and puts
+    # handles around each; what is marked here stands side by side in a room that stays as it is
+    return f"""<style>
+div:has(> div > .arm-panel) {{ display: grid; gap: 0.15em 0.4em;
+  grid-template-columns: repeat(3, minmax(0, 5.6em)) minmax(6.8em, 1fr);
+  padding: 0.65em 0.7em 0 }}
+div:has(> div > .arm-panel) > div {{ margin: 0 !important; padding: 0 !important; min-width: 0 }}
+div:has(> div > .arm-panel) button {{ padding: 0; height: 2.3em !important }}
+div:has(> .arm-panel) {{ display: none }}
+div:has(> .arm-line) {{ grid-column: 1 / -1 }}
+[data-dock-scroll] > div:has(.arm-panel) {{ flex: 0 0 {room}px !important }}
+[data-dock-scroll] > div:has(.arm-panel) + [data-dock-divider] {{ pointer-events: none }}
+[data-dock-scroll] > div:has(.arm-panel) ~ div:not([data-dock-divider]) {{
+  flex-grow: 1 !important }}
+[data-dock-region]:has(.arm-panel) [data-dock-region-handle],
+[data-dock-column]:has(.arm-panel) > [data-dock-column-handle],
+[data-dock-group]:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
+@media (max-width: 36em) {{
+  div:has(> div > .arm-panel) {{ position: fixed; inset: 0 0 auto; height: {room}px; z-index: 20;
+    background: var(--mantine-color-body) }}
+  .mantine-Notifications-root {{ margin-top: {room}px }}
+  .mantine-Tabs-root:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
+}}
+</style><span class="arm-panel"></span>"""
 
 
 def state_html(word: str, colour: RGB) -> str:

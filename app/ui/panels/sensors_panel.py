@@ -22,8 +22,10 @@ NOTHING = "#e4e6e9"  # of a zone that has no distance
 class SensorsPanel:
     """A sensor, a picture of its zones if asked for, and two buttons in a mixed skin."""
 
-    def __init__(self, server: viser.ViserServer, engine: Engine) -> None:
+    def __init__(self, server: viser.ViserServer, engine: Engine, recorded: bool = False) -> None:
+        """recorded: where its frames came from cannot be changed any more."""
         gui = server.gui
+        self._recorded = recorded
         self._skin = engine.skin
         self._names = tuple(s.name for s in engine.skin.sensors)
         self._pace = Every(PERIOD)
@@ -52,10 +54,10 @@ class SensorsPanel:
             self.zones.visible = self.look.value
         if self.look.value:
             self.zones.content = zone_picture(snapshot, self._skin, k)
-        mixed = snapshot.real is not None
+        mixed = snapshot.real is not None and not self._recorded
         if self.folder.visible != mixed:
             self.folder.visible = mixed
-        if snapshot.real is None:
+        if snapshot.real is None or self._recorded:
             return
         origin = REAL if snapshot.real[k] else SIMULATED
         health = SensorHealth(int(snapshot.health[k])).name.lower()

@@ -3,26 +3,17 @@
 What is drawn here is no obstacle to the perception, and the arm stays out of it.
 """
 
-from itertools import product
-
 import numpy as np
 import viser
 
 from app.cell.learned import EDGE
-from app.cell.parts import Box, Cell, HalfSpace
+from app.cell.outline import CORNERS, FACES, outline
+from app.cell.parts import Cell, HalfSpace
 from app.messages import Array, Snapshot
 from app.ui.colours import GREY, KNOWN, PREVIEW, RGB
 from app.ui.scene.poses import wxyz
 from app.ui.scene.switch import Switch
 
-CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
-EDGES = [(i, j) for i in range(8) for j in range(i) if np.abs(CORNERS[i] - CORNERS[j]).sum() == 1.0]
-FACES = np.array(
-    [
-        [0, 1, 3], [0, 3, 2], [4, 6, 7], [4, 7, 5], [0, 4, 5], [0, 5, 1],
-        [2, 3, 7], [2, 7, 6], [0, 2, 6], [0, 6, 4], [1, 5, 7], [1, 7, 3],
-    ]
-)  # fmt: skip
 THIN = 0.002  # [m] of a plane's patch
 
 
@@ -92,9 +83,3 @@ class _Cubes:
                 cast_shadow=False,
                 receive_shadow=False,
             )
-
-
-def outline(box: Box) -> Array:
-    """(12, 2, 3) [m] the edges of a box, base frame."""
-    corners = (CORNERS * box.size) @ box.T_base_box[:3, :3].T + box.T_base_box[:3, 3]
-    return np.asarray(corners[EDGES])

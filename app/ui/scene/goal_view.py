@@ -48,3 +48,21 @@ class GoalView:
             Switch("Goal", True, lambda on: setattr(self.handle, "visible", on)),
             Switch("Tool axes", True, lambda on: setattr(self.tool, "visible", on)),
         ]
+
+
+class RecordedGoalView:
+    """Axes at the goal and at the tool: nobody can move what has happened."""
+
+    def __init__(self, server: viser.ViserServer) -> None:
+        self.goal = server.scene.add_frame("/goal", axes_length=0.15, axes_radius=0.003)
+        self.tool = server.scene.add_frame("/tool", axes_length=0.10, axes_radius=0.004)
+
+    def update(self, snapshot: Snapshot) -> None:
+        follow(self.tool, snapshot.T_base_tool)
+        follow(self.goal, snapshot.goal.T_base_tool)
+
+    def switches(self) -> list[Switch]:
+        return [
+            Switch("Goal", True, lambda on: setattr(self.goal, "visible", on)),
+            Switch("Tool axes", True, lambda on: setattr(self.tool, "visible", on)),
+        ]

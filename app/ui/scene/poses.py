@@ -6,7 +6,6 @@ moved less than an eye can see is not sent: what is sent later is told from the 
 """
 
 from collections.abc import Sequence
-from math import copysign, sqrt
 
 import numpy as np
 import viser
@@ -14,6 +13,7 @@ from viser import _messages as m
 from viser import transforms as vt
 
 from app.messages import Array
+from app.poses import quaternion
 
 STILL = 2e-4  # [m] of a place, and of an entry of a rotation matrix: less is not seen
 
@@ -58,28 +58,6 @@ def turn(handle: viser.SceneNodeHandle, wxyz: tuple[float, float, float, float])
     node = handle._impl
     node.wxyz[:] = wxyz
     node.api._queue_scene_message(m.SetOrientationMessage(node.name, wxyz))
-
-
-def quaternion(T: Array) -> tuple[float, float, float, float]:
-    """Unit quaternion wxyz with w >= 0 of one pose (4, 4).
-
-    The largest of the four components comes from the diagonal, the others from it (Shepperd,
-    1978): in plain numbers, ten times faster than arrays of this size.
-    """
-    (a, b, c, _), (d, e, f, _), (g, h, i, _), _ = T.tolist()
-    w, x, y, z = 1 + a + e + i, 1 + a - e - i, 1 - a + e - i, 1 - a - e + i
-    largest = max(w, x, y, z)
-    s = 2.0 * sqrt(largest)
-    if largest == w:
-        q = (0.25 * s, (h - f) / s, (c - g) / s, (d - b) / s)
-    elif largest == x:
-        q = ((h - f) / s, 0.25 * s, (b + d) / s, (c + g) / s)
-    elif largest == y:
-        q = ((c - g) / s, (b + d) / s, 0.25 * s, (f + h) / s)
-    else:
-        q = ((d - b) / s, (c + g) / s, (f + h) / s, 0.25 * s)
-    sign = copysign(1.0, q[0])
-    return sign * q[0], sign * q[1], sign * q[2], sign * q[3]
 
 
 def wxyz(T: Array) -> Array:

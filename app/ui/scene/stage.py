@@ -3,12 +3,11 @@
 import numpy as np
 import viser
 
+from app.cell.outline import bottom_of
 from app.cell.parts import Cell
 from app.messages import BodyPose, Snapshot
-from app.ui.scene.cell_view import outline
 from app.ui.scene.switch import Switch
 
-UPRIGHT = 0.9  # of a plane's z axis along the base's: the plane is a floor
 GAP = 0.002  # [m] below what stands on the ground, so that the two do not flicker
 
 
@@ -59,13 +58,6 @@ class Stage:
     def cast_shadows(self, on: bool) -> None:
         """Shadows tell how high a thing hovers, but are drawn anew for every picture."""
         self._scene.configure_default_lights(cast_shadow=on)
-
-
-def bottom_of(cell: Cell) -> float:
-    """Height [m] of the cell's lowest floor, or of what its boxes stand on, base frame."""
-    level = [p.T_base_plane for p in cell.planes if p.T_base_plane[2, 2] > UPRIGHT]
-    heights = [float(T[2, 3]) for T in level]
-    return min(heights or [float(outline(box)[..., 2].min()) for box in cell.boxes], default=0.0)
 
 
 def lowest(body: BodyPose) -> float:

@@ -1,7 +1,8 @@
 """The simulated world: what is really there, which the arm only knows through its skin.
 
 A movable body is dragged with the mouse, in the plane of the screen; with Shift it slides at
-its own height. The mesh itself follows the snapshots, so every window sees the same.
+its own height. The mesh itself follows the snapshots, so every window sees the same. In a recording
+nobody drags anything.
 """
 
 from collections.abc import Callable
@@ -33,8 +34,12 @@ class WorldView:
     """Meshes of the bodies; rebuilt only when a body's `BodyView` is another object."""
 
     def __init__(
-        self, server: viser.ViserServer, engine: Engine, on_select: Callable[[str], None]
+        self,
+        server: viser.ViserServer,
+        engine: Engine,
+        on_select: Callable[[str], None] | None = None,
     ) -> None:
+        """on_select: told which body a person takes; None: none can be taken."""
         self._server, self._engine, self._on_select = server, engine, on_select
         self._bodies: dict[str, tuple[BodyView, viser.MeshHandle]] = {}
         self._world: tuple[BodyPose, ...] = ()
@@ -65,7 +70,7 @@ class WorldView:
         key = (event.client_id, name)
         pose = next((p.T_base_body for p in self._world if p.view.name == name), None)
         if event.phase == "start" and pose is not None:
-            self._on_select(name)
+            self._select(name)
             self._grabs[key] = _Grab(pose, np.asarray(event.start_position))
         grab = self._grabs.get(key)
         if grab is None:
@@ -108,7 +113,7 @@ class WorldView:
             wxyz=wxyz(T_base_body),
             position=T_base_body[:3, 3],
         )
-        if view.movable:
+        if view.movable and self._on_select is not None:
             name = view.name
 
             @handle.on_drag("left")
@@ -118,9 +123,13 @@ class WorldView:
 
             @handle.on_click
             async def _(event: viser.SceneNodePointerEvent[viser.MeshHandle]) -> None:
-                self._on_select(name)
+                self._select(name)
 
         return handle
+
+    def _select(self, name: str) -> None:
+        if self._on_select is not None:
+            self._on_select(name)
 
 
 def at_height(eye: Array, target: Array, point: Array) -> Array:
