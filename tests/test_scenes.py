@@ -119,7 +119,7 @@ def test_the_operator_of_the_paper_s_cell_walks_into_nothing_but_may_brush_it(si
             clear = truth.measure(T, world, leave_out=[*own, "floor"])
             limbs = np.array(["left" in name or "right" in name for name in own])
             assert clear[~limbs].min() > 0.0 and clear[limbs].min() > -0.03
-    assert min(lean) < 0.95  # it bows over the toolbox
+    assert min(lean) < 0.985  # it bows over the table
 
 
 def test_a_seed_varies_the_person_and_nothing_else():
