@@ -23,6 +23,7 @@ from app.record.worker import Worker
 from app.setup import Setup
 from app.state import Room, State
 from app.tick import Tick
+from app.timing import give_way
 
 log = logging.getLogger(__name__)
 PART = 10.0  # [s] of a part
@@ -112,11 +113,13 @@ class Ring:
 
         RecordingError where there is nothing yet, or `path` exists or cannot be written.
         """
-        self._worker.drain()
-        with self._worker.lock:
-            self._close_block()
-            parts = [Part(**vars(p) | {"blocks": list(p.blocks)}) for p in self._parts if p.ticks]
-            looks = dict(self._looks)
+        return self._worker.do(lambda: self._save(path))
+
+    # --- in the ring's ------------------------------------------------------------------------
+
+    def _save(self, path: Path) -> float:
+        self._close_block()
+        parts = [p for p in self._parts if p.ticks]
         if self.fault or not parts:
             raise RecordingError(f"{path}: nothing to save{self.fault and f': {self.fault}'}")
         first = parts[0]
@@ -126,17 +129,16 @@ class Ring:
         try:
             file.add(HEAD, first.began_ns, encode(head), head.first_tick)
             for number in sorted(set().union(*(p.looks for p in parts))):
-                file.add(LOOKS, first.began_ns, looks[number], head.first_tick)
+                file.add(LOOKS, first.began_ns, self._looks[number], head.first_tick)
             for block in (b for p in parts for b in p.blocks):
                 for row in _unpack(self._unpacker.decompress(block)):
                     file.add(*row)
+                    give_way()
             file.finish(ticks, 0)
         except OSError as e:
             file.abandon(f"{e.strerror}", ticks, 0)
             raise RecordingError(f"{path}: cannot be written ({e.strerror})") from e
         return parts[-1].ended - first.began
-
-    # --- in the ring's ------------------------------------------------------------------------
 
     def _keep(self, item: "Seen | tuple[int, State, Room]") -> None:
         if self.fault:

@@ -10,11 +10,13 @@ import queue
 import threading
 from collections import deque
 from collections.abc import Callable
-from typing import Generic, TypeVar
+from concurrent.futures import Future
+from typing import Any, Generic, TypeVar
 
 from app.timing import PRIORITY, give_way, prefer_this_thread
 
 T = TypeVar("T")
+R = TypeVar("R")
 AT_ONCE = 64  # items that wait, without a thread, until `put` does the work itself
 
 
@@ -30,6 +32,7 @@ class Worker(Generic[T]):
         self._work, self._room = work, room
         self._items: deque[T] = deque()
         self._calls: queue.SimpleQueue[bool] = queue.SimpleQueue()  # go on?
+        self._jobs: deque[tuple[Callable[[], Any], Future[Any]]] = deque()
         self._thread: threading.Thread | None = None
         if threaded:
             self._thread = threading.Thread(target=self._run, name=name, daemon=True)
@@ -55,6 +58,17 @@ class Worker(Generic[T]):
                 self._work(self._items.popleft())
                 give_way()
 
+    def do(self, job: Callable[[], R]) -> R:
+        """What `job` returns or raises, done behind all that was put before, in the same thread."""
+        if self._thread is None or not self._thread.is_alive():
+            self.drain()
+            with self.lock:
+                return job()
+        result: Future[R] = Future()
+        self._jobs.append((job, result))
+        self._calls.put(True)
+        return result.result()
+
     def close(self) -> None:
         """Do what waits, and end."""
         self._calls.put(False)
@@ -66,3 +80,12 @@ class Worker(Generic[T]):
         prefer_this_thread(PRIORITY - 1)
         while self._calls.get():
             self.drain()
+            while self._jobs:
+                self._finish(*self._jobs.popleft())
+
+    def _finish(self, job: Callable[[], Any], result: "Future[Any]") -> None:
+        try:
+            with self.lock:
+                result.set_result(job())
+        except BaseException as error:  # it is raised where the job was asked for
+            result.set_exception(error)
