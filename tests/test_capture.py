@@ -22,6 +22,7 @@ from app.sensing.stream import Stream
 from app.sensing.wire import binary, f_line, lines, table
 from app.setup import Setup
 from app.timing import ManualClock, WallClock
+from app.virtual.skin.emulate import Emulation, emulate
 from app.virtual.skin.pty_port import PtyPort
 from app.wiring import build_engine
 from tests.ports import raw, restless
@@ -330,3 +331,36 @@ def test_a_capture_of_another_layout_names_the_sensor_that_is_missing(tmp_path, 
     sparse = load_skin(robot.folder / "skin/sparse-4x4.toml", robot)
     with pytest.raises(SensorError, match="no sensor or ring 'ring2-06'"):
         open_replay(str(path), sparse)
+
+
+def test_a_virtual_port_says_captured_bytes_again(tmp_path, robot, skin):
+    frames = [restless(i % 30, i // 30, 1000 * i) for i in range(60)]
+    path = write(tmp_path / "a.mcap", said(frames, period=1e-3))
+    what, again = Emulation(tmp_path / "skin", replay=str(path)), []
+    posture, clock = robot.posture(robot.home), WallClock()
+    end = time.perf_counter() + PATIENCE
+    listeners = []
+
+    def over():
+        assert time.perf_counter() < end, "waited in vain"
+        if not listeners:
+            listeners.append(open_skin(str(what.link), skin, clock))
+        again.extend(listeners[0].poll(clock.now(), posture))
+        return len(again) == 60
+
+    try:
+        emulate(what, Setup(), clock, lambda _: None, over)
+        while not over():
+            pass
+    finally:
+        listeners[0].close()
+    assert all(map(same, again, replayed(path, robot, skin)))
+
+
+def test_recorded_bytes_take_no_faults_and_are_of_one_port(tmp_path, skin):
+    path = write(tmp_path / "a.mcap", said([raw()]))
+    with pytest.raises(SensorError, match="leave --faults and --only out"):
+        Emulation(tmp_path / "skin", replay=str(path), faults="bits=1e-4")
+    both = write(tmp_path / "b.mcap", said([raw()]), f"{BOARD},/dev/other")
+    with pytest.raises(SensorError, match="holds several ports"):
+        emulate(Emulation(tmp_path / "skin", replay=str(both)), Setup(), WallClock(), print)

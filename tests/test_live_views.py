@@ -16,7 +16,7 @@ from app.cli import main
 from app.errors import ConfigError, ServerError
 from app.messages import Status
 from app.record.views.clouds import PACKED
-from app.record.views.schemas import SCHEMAS
+from app.record.views.schemas import SCHEMAS, schemas_of
 from app.timing import ManualClock
 from app.ui.live import server as live_server
 from app.ui.live.protocol import MESSAGE_DATA, SUBPROTOCOLS
@@ -82,15 +82,17 @@ async def looking(live, **options):
         yield await Looker(socket).hello()
 
 
-def test_a_viewer_is_told_every_topic_with_a_schema_that_it_can_use(live):
+def test_a_viewer_is_told_every_topic_with_a_schema_that_it_can_use(live, engine):
+    schemas = schemas_of(engine.robot)
+
     async def scene():
         async with looking(live) as viewer:
             assert viewer.socket.subprotocol == "foxglove.sdk.v1"
             assert viewer.info["op"] == "serverInfo" and viewer.info["capabilities"] == []
-            assert set(viewer.channels) == set(SCHEMAS)
+            assert set(viewer.channels) == set(schemas) > set(SCHEMAS)
             for topic, channel in viewer.channels.items():
                 assert channel["encoding"] == channel["schemaEncoding"] == "protobuf"
-                assert channel["schemaName"] == SCHEMAS[topic].DESCRIPTOR.full_name
+                assert channel["schemaName"] == schemas[topic].DESCRIPTOR.full_name
                 files = FileDescriptorSet.FromString(base64.b64decode(channel["schema"]))
                 names = {f"{f.package}.{m.name}" for f in files.file for m in f.message_type}
                 assert channel["schemaName"] in names

@@ -1,5 +1,6 @@
 """What other viewers are told: readable by plain tools, complete in itself, and in its place."""
 
+import json
 from dataclasses import replace
 from io import BytesIO
 
@@ -12,6 +13,7 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 
+from app.assets import asset_folder
 from app.cell.learned import Learned
 from app.cell.outline import bottom_of
 from app.colours import POINT
@@ -20,7 +22,8 @@ from app.record.views.clouds import PACKED, TOPICS
 from app.record.views.frames import TOOL, base_frame, body_frame
 from app.record.views.models import Z_TO_Y
 from app.record.views.pair import _turn
-from app.record.views.schemas import SCHEMAS
+from app.record.views.schemas import SCHEMAS, schemas_of
+from app.record.views.surface import COUNT, surface_topic
 from app.record.views.views import Views
 from app.record.views.writer import ViewWriter
 from app.timing import ManualClock
@@ -58,8 +61,10 @@ def points_of(message):
     return np.frombuffer(message.data, dtype=PACKED)
 
 
-def test_a_plain_reader_finds_every_topic_with_its_schema_and_reads_every_message(views, snapshot):
-    file = BytesIO()
+def test_a_plain_reader_finds_every_topic_with_its_schema_and_reads_every_message(
+    views, engine, snapshot
+):
+    file, schemas = BytesIO(), schemas_of(engine.robot)
     writer = Writer(file)
     writer.start()
     out = ViewWriter(writer, views)
@@ -71,15 +76,15 @@ def test_a_plain_reader_finds_every_topic_with_its_schema_and_reads_every_messag
     reader = make_reader(file, decoder_factories=[DecoderFactory()])
     for schema, channel, message, decoded in reader.iter_decoded_messages():
         assert schema.encoding == channel.message_encoding == "protobuf"
-        assert schema.name == f"foxglove.{SCHEMAS[channel.topic].__name__}"
-        mine = SCHEMAS[channel.topic]()
+        assert schema.name == f"foxglove.{schemas[channel.topic].__name__}"
+        mine = schemas[channel.topic]()
         mine.ParseFromString(message.data)
         assert mine.IsInitialized() and mine.SerializeToString() == message.data
         assert decoded.DESCRIPTOR.full_name == schema.name
         assert AT <= message.log_time < AT + 5
         seen.setdefault(channel.topic, []).append(message.sequence)
     assert {"/tf", "/joint_states", "/goal", "/robot", "/cell", "/obstacles"} <= set(seen)
-    assert {"/points/kept", "/points/self", "/pair", "/log"} <= set(seen) <= set(SCHEMAS)
+    assert {"/points/kept", "/points/self", "/pair", "/log"} <= set(seen) <= set(schemas)
     assert seen["/robot"] == [0] and seen["/tf"] == [0, 1, 2, 3, 4]
 
 
@@ -115,6 +120,18 @@ def test_a_model_that_its_viewer_has_turned_is_the_mesh_of_its_link(views, engin
         scene = trimesh.load_scene(BytesIO(model.data), file_type="glb")
         scene.apply_transform(upright)
         assert scene.bounds == pytest.approx(engine.robot.visual(entity.id).bounds, abs=1e-5)
+
+
+def test_the_arm_is_told_as_points_of_its_surface_too(views, engine, snapshot):
+    out = told(views, snapshot)
+    for link, body in zip(engine.robot.links, engine.robot.bodies, strict=True):
+        message = out[surface_topic(link)]
+        got = points_of(message)
+        assert message.frame_id == link and len(got) == COUNT
+        low, high = body.vertices.min(axis=0), body.vertices.max(axis=0)
+        assert (got["xyz"] >= low - 1e-5).all() and (got["xyz"] <= high + 1e-5).all()
+        assert got["rgba"][:, 0].std() > 5.0  # shaded
+    assert surface_topic(link) not in told(views, snapshot)
 
 
 def test_every_measured_point_is_in_the_cloud_of_its_verdict_in_its_colour(views, snapshot):
@@ -243,3 +260,12 @@ def test_a_picture_of_thirty_sensors_is_small(views, snapshot):
 def test_a_robot_whose_link_is_called_base_keeps_its_own_frame(robot):
     assert base_frame(robot) == "base"
     assert base_frame(replace(robot, links=("base", *robot.links[1:]))) == "arm_base"
+
+
+def test_the_layout_for_viewers_shows_topics_that_there_are():
+    layout = json.loads((asset_folder("static_assets") / "viewers" / "layout.json").read_text())
+    panels = layout["configById"]
+    drawn = {t for t, kind in SCHEMAS.items() if kind.__name__ in ("PointCloud", "SceneUpdate")}
+    assert set(panels["3D!flinch"]["topics"]) == drawn | {"/goal"}
+    assert panels["RosOut!flinch"]["topicToRender"] == "/log"
+    assert {layout["layout"]["first"], layout["layout"]["second"]} == set(panels)

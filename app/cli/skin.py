@@ -42,7 +42,8 @@ class SkinEmulate(WhichRobot):
     format: Literal["binary", "f", "table", "table-plain", "lines", "lines-plain"] = "binary"
     """What to speak; table and lines have room for one sensor. -plain: columns from the left."""
     replay: str = ""
-    """Path of recorded 8x8 frames to send from every sensor; default: what the scene shows."""
+    """Path of recorded 8x8 frames to send from every sensor, or a file of record-skin, whose bytes
+    are sent once as they were; default: what the scene shows."""
     faults: str = ""
     """What goes wrong, e.g. 'bits=1e-4,drift=100': bits=SHARE, truncate=SHARE, reorder=SHARE,
     silence=FROM[:FOR] [s], drift=PPM, wrap=AFTER [s], frozen=SENSORS, columns=SENSORS,

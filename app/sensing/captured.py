@@ -5,9 +5,10 @@ a port said wrong, late or in another format is seen again as it was. The file i
 played: an hour of it takes no more room than a second.
 """
 
-from collections.abc import Generator
+from collections.abc import Generator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
 import msgspec
 import numpy as np
@@ -85,7 +86,7 @@ class CapturedSkin(SerialSkin):
         self._heard_ports = [HeardPort(spec) for spec in specs]
         super().__init__(skin, self._heard_ports, specs)
         self.name = f"replay of {capture.path.name}"
-        self._tape = _Tape(capture.path, {p.name: p for p in self._heard_ports})
+        self._tape = Tape(capture.path, {p.name: p for p in self._heard_ports})
 
     def poll(self, now: float, posture: Posture) -> list[SensorFrame]:
         """Frames of the bytes whose time has come."""
@@ -116,17 +117,16 @@ class HeardPort:
         self.name = spec.port
         self.tap: Tap | None = None
         self._spec = spec
-        self._channel = -1
+        self._number = -1
         self._stream = Stream(spec.format, spec.grids, spec.baud)
         self._heard = self._spoke = -np.inf
         self._taken: list[Arrival] = []
 
-    def hear(self, channel: Channel, chunk: bytes, now: float) -> None:
-        """What one read gave at `now` [s]; another channel is another stream."""
-        if channel.id != self._channel:
-            self._channel, baud = channel.id, channel.metadata.get("baud", "")
-            number = int(baud) if baud.isdecimal() else 0
-            self._stream = Stream(self._spec.format, self._spec.grids, number)
+    def hear(self, stream: int, baud: int, chunk: bytes, now: float) -> None:
+        """What one read gave at `now` [s], of another stream or of the last one."""
+        if stream != self._number:
+            self._number = stream
+            self._stream = Stream(self._spec.format, self._spec.grids, baud)
         if self.tap is not None:
             self.tap(self.name, self._stream, chunk, now)
         self._heard = now
@@ -150,10 +150,17 @@ class HeardPort:
         """Nothing is held."""
 
 
-class _Tape:
+class Ear(Protocol):
+    """Who is told what a port said: in which stream, at which speed, and when [s]."""
+
+    def hear(self, stream: int, baud: int, chunk: bytes, now: float) -> None: ...
+
+
+class Tape:
     """Hands a file's messages to its ports when their time has come; `over` after the last."""
 
-    def __init__(self, path: Path, ports: dict[str, HeardPort]) -> None:
+    def __init__(self, path: Path, ports: Mapping[str, Ear]) -> None:
+        """ports: by their names in the file."""
         self.torn, self.over = "", False
         self.due = -np.inf
         self._ports = ports
@@ -173,7 +180,9 @@ class _Tape:
             if self.due > now + 1e-9:
                 return
             channel = self._channels[self._next.channel_id]
-            self._ports[channel.topic].hear(channel, self._next.data, self.due)
+            baud = channel.metadata.get("baud", "")
+            number = int(baud) if baud.isascii() and baud.isdecimal() and len(baud) < 10 else 0
+            self._ports[channel.topic].hear(channel.id, number, self._next.data, self.due)
             self._next = self._read()
         self.over = True
 

@@ -58,19 +58,21 @@ class CloudViews:
 
     def _tell(self, out: list[View], topic: str, points: Array, blank: Packed, at_ns: int) -> None:
         blank["xyz"][: len(points)] = points
-        out.append((topic, self._cloud(blank[: len(points)].tobytes(), at_ns)))
+        out.append((topic, cloud(self._base, blank[: len(points)].tobytes(), at_ns)))
         self._shown.add(topic)
 
     def _clear(self, out: list[View], topic: str, at_ns: int) -> None:
         if topic in self._shown:
             self._shown.discard(topic)
-            out.append((topic, self._cloud(b"", at_ns)))
+            out.append((topic, cloud(self._base, b"", at_ns)))
 
-    def _cloud(self, data: bytes, at_ns: int) -> PointCloud:
-        return PointCloud(
-            timestamp=time_of(at_ns), frame_id=self._base, pose=HERE,
-            point_stride=PACKED.itemsize, fields=FIELDS, data=data,
-        )  # fmt: skip
+
+def cloud(frame: str, data: bytes, at_ns: int) -> PointCloud:
+    """Packed points in a frame."""
+    return PointCloud(
+        timestamp=time_of(at_ns), frame_id=frame, pose=HERE,
+        point_stride=PACKED.itemsize, fields=FIELDS, data=data,
+    )  # fmt: skip
 
 
 def _blank(count: int, colour: RGB) -> Packed:

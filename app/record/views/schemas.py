@@ -9,8 +9,10 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from mcap_protobuf.schema import build_file_descriptor_set
 
 from app.record.views.clouds import REMEMBERED_TOPIC, TOPICS
+from app.record.views.surface import surface_topic
+from app.robot.model import Robot
 
-SCHEMAS: dict[str, type] = {
+SCHEMAS: dict[str, type] = {  # whatever the robot
     "/tf": FrameTransforms,
     "/joint_states": JointStates,
     "/goal": PoseInFrame,
@@ -18,6 +20,11 @@ SCHEMAS: dict[str, type] = {
     **dict.fromkeys(("/robot", "/cell", "/cell/learned", "/obstacles", "/pair"), SceneUpdate),
     **dict.fromkeys((*TOPICS.values(), REMEMBERED_TOPIC), PointCloud),
 }
+
+
+def schemas_of(robot: Robot) -> dict[str, type]:
+    """Of all topics that a robot's views may have."""
+    return SCHEMAS | {surface_topic(link): PointCloud for link in robot.links}
 
 
 def schema_name(message: type) -> str:

@@ -18,6 +18,7 @@ from app.colours import GREY, KNOWN, RGB
 from app.messages import Array, BodyPose, BodyView, Snapshot
 from app.record.views.frames import body_frame
 from app.record.views.models import mesh_glb, model, scene_glb
+from app.record.views.surface import surface_views
 from app.record.views.values import Fields, View, colour_of, pose_of, time_of, vector_of
 from app.robot.model import Robot
 
@@ -52,7 +53,8 @@ def robot_view(robot: Robot, at_ns: int) -> View:
 
 
 class ThingViews:
-    """`/robot`, `/cell`, `/cell/learned` and `/obstacles`, each told when it is another."""
+    """`/robot`, `/arm/<link>`, `/cell`, `/cell/learned` and `/obstacles`, each told when it is
+    another."""
 
     def __init__(self, robot: Robot, cell: Cell, base: str) -> None:
         self._robot, self._cell, self._base = robot, cell, base
@@ -66,7 +68,7 @@ class ThingViews:
         """Topics that are new, or have changed."""
         out: list[View] = []
         if not self._told:
-            out.append(robot_view(self._robot, at_ns))
+            out += [robot_view(self._robot, at_ns), *surface_views(self._robot, at_ns)]
         bodies = tuple(p.view for p in s.world)
         another = len(bodies) != len(self._bodies) or any(
             a is not b for a, b in zip(bodies, self._bodies, strict=True)

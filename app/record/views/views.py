@@ -9,6 +9,7 @@
 | `/points/remembered`  | PointCloud      | every picture, where there are any       |
 | `/pair`               | SceneUpdate     | every picture with a closest pair        |
 | `/robot`              | SceneUpdate     | once                                     |
+| `/arm/<link>`         | PointCloud      | once: the arm without meshes             |
 | `/cell`               | SceneUpdate     | once, and when the ground sinks          |
 | `/cell/learned`       | SceneUpdate     | when something is learned or forgotten   |
 | `/obstacles`          | SceneUpdate     | when bodies come, go or look different   |

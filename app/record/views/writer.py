@@ -4,7 +4,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 
 from app.messages import Snapshot
-from app.record.views.schemas import SCHEMAS, schema_bytes, schema_name
+from app.record.views.schemas import schema_bytes, schema_name
 from app.record.views.values import View
 from app.record.views.views import Views
 
@@ -29,13 +29,12 @@ class ViewWriter:
         sequence = self._count.get(topic, 0)
         self._count[topic] = sequence + 1
         self._writer.add_message(
-            self._channels[topic] if topic in self._channels else self._open(topic),
+            self._channels[topic] if topic in self._channels else self._open(topic, type(message)),
             log_time=at_ns, publish_time=at_ns, sequence=sequence,
             data=message.SerializeToString(),
         )  # fmt: skip
 
-    def _open(self, topic: str) -> int:
-        kind = SCHEMAS[topic]
+    def _open(self, topic: str, kind: type) -> int:
         name = schema_name(kind)
         if name not in self._schemas:
             self._schemas[name] = self._writer.register_schema(

@@ -19,7 +19,7 @@ from websockets.http11 import Request, Response
 
 from app.errors import ServerError
 from app.messages import Snapshot
-from app.record.views.schemas import SCHEMAS
+from app.record.views.schemas import schemas_of
 from app.record.views.views import Views
 from app.timing import Clock, WallClock, date_now
 from app.ui.engine import Engine
@@ -52,10 +52,11 @@ class LiveViews:
         self._log = PacedLog(log)
         self._engine, self._origins = engine, frozenset((DESKTOP, *origins))
         self._views = Views(engine.robot, engine.skin, engine.cell)
-        self._channels = {topic: number for number, topic in enumerate(SCHEMAS, 1)}
+        schemas = schemas_of(engine.robot)
+        self._channels = {topic: number for number, topic in enumerate(schemas, 1)}
         self._hello = (
             server_info(f"Flinch: {engine.robot.title}", token_hex(8)),
-            advertise(self._channels, SCHEMAS),
+            advertise(self._channels, schemas),
         )
         self._newest: dict[str, tuple[int, bytes]] = {}
         self._viewers: set[Viewer] = set()

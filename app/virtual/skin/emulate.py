@@ -18,6 +18,7 @@ from app.messages import SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.budget import read_budget
+from app.sensing.captured import is_capture, read_capture
 from app.sensing.port_spec import named_sensors
 from app.sensing.replay import Recording, Replay, read_recording
 from app.sensing.simulated import SimulatedSkin
@@ -27,6 +28,7 @@ from app.setup import Setup
 from app.timing import Clock
 from app.virtual.skin.faults import FaultyWire, parse_faults
 from app.virtual.skin.pty_port import PtyPort
+from app.virtual.skin.repeat import repeat
 from app.virtual.skin.wearer import AtRest, Wearer, wearer
 from app.world.scene import find_scene, load_scene
 from app.world.world import World
@@ -53,9 +55,16 @@ class Emulation:
     seconds: float = 0.0  # 0: until it is asked to end
     follow: str = ""  # ur:HOST; empty: an arm that stands still
 
+    @property
+    def bytes(self) -> bool:
+        """Is it a file of raw bytes that is spoken again?"""
+        return bool(self.replay) and is_capture(Path(self.replay))
+
     def __post_init__(self) -> None:
         if self.replay and self.follow:
             raise SensorError("a recording saw what it saw; leave --replay or --follow out")
+        if self.bytes and (self.faults or self.only):
+            raise SensorError("recorded bytes are what they are; leave --faults and --only out")
         if not 0.0 <= self.seconds < 1e9:
             raise SensorError(f"seconds = {self.seconds:g}; give a positive number, or 0 for ever")
 
@@ -85,6 +94,10 @@ def emulate(
     budget = replace(read_budget(setup.world), time=0.0, late_ms=0.0)
     frames: FrameSource
     arm: Wearer
+    if what.bytes:
+        with PtyPort(what.link) as port:
+            ready(f"what is in {what.replay}, on {what.link}")
+            return repeat(read_capture(Path(what.replay)), skin, port, clock, what.seconds, over)
     if what.replay:
         at_home = robot.posture(robot.home)
         arm = AtRest(robot, rest)
