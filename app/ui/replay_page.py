@@ -184,8 +184,7 @@ def banner_html(recording: Recording, ghost: OpenLoop | None) -> str:
     )
     text = "".join(f"<div>{escape(line)}</div>" for line in lines)
     if ghost is not None:
-        text += (
-            f'<div><span style="color:{css(GHOST)}">&#9679;</span> {escape(ghost.name)}: where its '
-            f"command would carry the arm within {HORIZON:g} s, on the same frames (open loop)</div>"
-        )
+        dot = f'<span style="color:{css(GHOST)}">&#9679;</span>'
+        words = f"{ghost.name}: where its command would carry the arm within {HORIZON:g} s"
+        text += f"<div>{dot} {escape(words)}, on the same frames (open loop)</div>"
     return f'<div data-recorded="1" style="{style}">{text}</div>'
