@@ -111,6 +111,20 @@ def test_trials_are_kept_on_disk_and_are_not_run_again(tmp_path):
         TrialLog(path, settings, Trial)
 
 
+def test_a_line_that_was_torn_by_a_kill_is_run_again_and_the_log_is_whole_after_it(tmp_path):
+    path, settings = tmp_path / "trials.jsonl", {"seconds": 1.0}
+    log = TrialLog(path, settings, Trial)
+    for seed in (1, 2):
+        log.add(Trial(seed, "qp", least=0.2))
+    whole = path.read_text()
+    path.write_text(whole[:-30])
+    torn = TrialLog(path, settings, Trial)
+    assert torn.missing([(1, "qp"), (2, "qp")]) == [(2, "qp")]
+    assert path.read_text() == whole[:-30]  # only looked at so far
+    torn.add(Trial(2, "qp", least=0.2))
+    assert path.read_text() == whole
+
+
 def test_the_benchs_pairs_are_new_in_every_case_and_on_links_that_move(robot):
     a, b = make_cases(robot, 12, 2, 0)
     assert len(a.pairs.distance) == 12 and robot.supports.any(axis=1)[a.pairs.link].all()

@@ -99,7 +99,7 @@ def test_the_two_cells_are_mirrors_but_for_the_arm(side):
     scene = load_scene(find_scene(f"cell-{side}"))
     sign, middle = (1.0 if side == "left" else -1.0), 0.10
     at = {b.name: b.motion.pose(0.0)[:3, 3] for b in scene.bodies if "/" not in b.name}
-    assert sign * (at["toolbox"][1] - middle) == pytest.approx(0.19)
+    assert sign * (at["toolbox"][1] - middle) == pytest.approx(0.12)
     assert at["door panel"][1] == at["table"][1] == pytest.approx(middle)
     y = [
         sign * (b.motion.pose(t)[1, 3] - middle)

@@ -16,6 +16,8 @@ from app.cli.calibrate import Calibrate
 from app.cli.compare import Compare
 from app.cli.doctor import Doctor
 from app.cli.experiments import Experiment
+from app.cli.export import Export
+from app.cli.gallery import Gallery
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
 from app.cli.record_skin import RecordSkin
@@ -33,6 +35,8 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "run": Run,
     "replay": Replay,
     "compare": Compare,
+    "export": Export,
+    "gallery": Gallery,
     "bench": Bench,
     "doctor": Doctor,
     "calibrate": Calibrate,

@@ -62,7 +62,7 @@ class CaptureWriter:
     def close(self) -> None:
         """Finish the file; one that cannot be finished is readable as far as it goes."""
         with suppress(OSError):
-            self._writer.finish()
+            self._writer.finish()  # type: ignore[no-untyped-call]
         with suppress(OSError):
             self._file.close()
 

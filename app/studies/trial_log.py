@@ -1,6 +1,7 @@
 """Trials on disk, one JSON object a line, so that hours of them survive a stop."""
 
 import json
+import os
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -44,16 +45,21 @@ class TrialLog(Generic[T]):
     ) -> None:
         """Only in the memory without a `path`; ConfigError for a file that is no such log.
 
-        kind: the class of its trials."""
+        kind: the class of its trials. A last line that was torn, since its writer was killed,
+        is run again, and cut off when the next trial is added."""
         self._path, self._settings = path, settings
+        self._whole: int | None = None  # bytes before a torn line
         self.done: dict[tuple[int, str], T] = {}
         if path is None:
             return
         try:
-            lines = path.read_text(encoding="utf-8").splitlines() if path.exists() else []
+            text = path.read_text(encoding="utf-8") if path.exists() else ""
         except (OSError, UnicodeDecodeError) as e:
             raise ConfigError(f"{path}: cannot be read ({e}); give another file") from e
-        for number, line in enumerate(lines, 1):
+        whole, newline, torn = text.rpartition("\n")
+        if whole and torn:
+            text, self._whole = whole, len((whole + newline).encode())
+        for number, line in enumerate(text.splitlines(), 1):
             try:
                 entry = json.loads(line)
                 known, trial = entry["settings"], kind(**entry["trial"])
@@ -74,6 +80,9 @@ class TrialLog(Generic[T]):
             return
         entry = {"settings": self._settings, "trial": asdict(cast(Any, trial))}
         try:
+            if self._whole is not None:
+                os.truncate(self._path, self._whole)
+                self._whole = None
             with self._path.open("a", encoding="utf-8") as f:
                 f.write(json.dumps(entry) + "\n")
         except OSError as e:
