@@ -20,7 +20,7 @@ ACTIONS = {
 
 
 def kept_run(seconds=3.0, setup=CELL, actions=ACTIONS, params=None):
-    """The recording of a run, and the digest of its brain's state after each tick is not kept."""
+    """The recording of a run in which people do `actions`, by the tick before which they ask."""
     engine = build_engine(setup, ManualClock(), params or Params())
     head = head_of(setup, engine)
     ticks, bodies = engine.subscribe(100_000), []

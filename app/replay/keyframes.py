@@ -8,7 +8,7 @@ from collections import OrderedDict
 from typing import Generic, TypeVar
 
 S = TypeVar("S")
-MOST = 48  # states that are spread out; one of a brain is about 3 MB
+MOST = 64  # states that are spread out; one of a brain is about 3 MB
 NEAR = 16  # states of where one has been lately
 SPACING = 128  # ticks at first: half a second at 250 Hz
 

@@ -12,11 +12,12 @@ import viser
 
 from app.assets import asset_folder
 from app.record.recording import Recording
+from app.replay.open_loop import HORIZON, OpenLoop
 from app.replay.player import Player
 from app.replay.survey import Survey
 from app.timing import Clock, WallClock
 from app.ui.access import Access
-from app.ui.colours import GREY, css
+from app.ui.colours import GHOST, GREY, css
 from app.ui.gate import Gate
 from app.ui.pacing import Every
 from app.ui.panels.blind_panel import show_blind
@@ -111,7 +112,7 @@ class ReplayPage:
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
         self.panel = ReplayPanel(server, player, clock, recording.marks)
-        gui.add_html(banner_html(recording))
+        gui.add_html(banner_html(recording, player.timeline.mind.ghost))
         self._add_speed(player)
         show_blind(server, player)
         tabs = gui.add_tab_group()
@@ -170,10 +171,20 @@ class ReplayPage:
         self.plot.refresh()
 
 
-def banner_html(recording: Recording) -> str:
-    """What this is, above everything else; and why it ends early, if it does."""
-    torn = f"<div>{escape(f'It ends early: {recording.torn}')}</div>" if recording.torn else ""
-    return (
-        f'<div data-recorded="1" style="margin:0 4% 0.7em;padding-left:0.5em;font-size:0.85em;'
-        f'line-height:1.4;border-left:0.45em solid {css(GREY)}">{escape(BANNER)}{torn}</div>'
+def banner_html(recording: Recording, ghost: OpenLoop | None) -> str:
+    """What this is, above everything else; why it ends early, if it does; who the ghost is."""
+    lines = [BANNER]
+    if recording.torn:
+        lines.append(f"It ends early: {recording.torn}")
+    if recording.dropped:
+        lines.append(f"{recording.dropped} ticks are missing: after the first gap it is a guess")
+    style = (
+        "margin:0 4% 0.7em;padding-left:0.5em;font-size:0.85em;line-height:1.4;"
+        f"border-left:0.45em solid {css(GREY)}"
     )
+    text = "".join(f"<div>{escape(line)}</div>" for line in lines)
+    if ghost is not None:
+        dot = f'<span style="color:{css(GHOST)}">&#9679;</span>'
+        words = f"{ghost.name}: where its command would carry the arm within {HORIZON:g} s"
+        text += f"<div>{dot} {escape(words)}, on the same frames (open loop)</div>"
+    return f'<div data-recorded="1" style="{style}">{text}</div>'

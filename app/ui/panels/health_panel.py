@@ -53,10 +53,13 @@ class HealthPanel:
         p50, p99 = 1000.0 * np.percentile(self._lateness, [50, 99])
         rooms = snapshot.timing.rooms
         total = sum(rooms.values())
+        late = ("late, p50 / p99", f"{p50:.2f} / {p99:.2f} ms")
+        if not rooms:  # of a recording: how long it took then is not known
+            return [("ticks", rate), late]
         return [
             ("ticks", rate),
             ("priority", "real time" if snapshot.timing.preferred else "ordinary"),
-            ("late, p50 / p99", f"{p50:.2f} / {p99:.2f} ms"),
+            late,
             ("one tick", f"{1000.0 * total:.2f} ms"),
             *((f"&emsp;{escape(room)}", f"{1000.0 * s:.2f} ms") for room, s in rooms.items()),
         ]
