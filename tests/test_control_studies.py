@@ -8,10 +8,11 @@ import pytest
 from app.bench.control_cases import make_cases
 from app.cli import main
 from app.errors import ConfigError
+from app.judge.metrics import jerk_rms
 from app.judge.truth import TrueDistance
 from app.plot import check_plot, plot_tradeoff
 from app.studies.random_scene import CLEAR, random_goal, random_world
-from app.studies.tradeoff import Point, checks, jerk_rms, mean, run_point, switches
+from app.studies.tradeoff import Point, checks, mean, run_point, switches
 from app.studies.trial_log import Trial, TrialLog
 from app.studies.world_trial import ORACLE, Stage, TrialSpec, run_trial
 
@@ -98,16 +99,30 @@ def test_the_trade_off_is_drawn_and_what_cannot_be_drawn_is_refused_before_the_r
 
 def test_trials_are_kept_on_disk_and_are_not_run_again(tmp_path):
     path, settings = tmp_path / "trials.jsonl", {"seconds": 1.0, "rate": 100.0}
-    log = TrialLog(path, settings)
+    log = TrialLog(path, settings, Trial)
     log.add(Trial(3, "qp", least=0.2, touch={"cause": "no free direction"}))
-    again = TrialLog(path, settings)
+    again = TrialLog(path, settings, Trial)
     assert again.done[3, "qp"].touch == {"cause": "no free direction"}
     assert again.missing([(3, "qp"), (3, "wb")]) == [(3, "wb")]
     with pytest.raises(ConfigError, match="made with"):
-        TrialLog(path, {"seconds": 2.0, "rate": 100.0})
+        TrialLog(path, {"seconds": 2.0, "rate": 100.0}, Trial)
     path.write_text("{}\n")
     with pytest.raises(ConfigError, match="line 1: not a trial"):
-        TrialLog(path, settings)
+        TrialLog(path, settings, Trial)
+
+
+def test_a_line_that_was_torn_by_a_kill_is_run_again_and_the_log_is_whole_after_it(tmp_path):
+    path, settings = tmp_path / "trials.jsonl", {"seconds": 1.0}
+    log = TrialLog(path, settings, Trial)
+    for seed in (1, 2):
+        log.add(Trial(seed, "qp", least=0.2))
+    whole = path.read_text()
+    path.write_text(whole[:-30])
+    torn = TrialLog(path, settings, Trial)
+    assert torn.missing([(1, "qp"), (2, "qp")]) == [(2, "qp")]
+    assert path.read_text() == whole[:-30]  # only looked at so far
+    torn.add(Trial(2, "qp", least=0.2))
+    assert path.read_text() == whole
 
 
 def test_the_benchs_pairs_are_new_in_every_case_and_on_links_that_move(robot):

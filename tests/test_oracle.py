@@ -5,11 +5,12 @@ import pytest
 
 from app.config import Params
 from app.errors import StudyError
+from app.judge.sampling import surface_points
 from app.judge.truth import TrueDistance
 from app.messages import JointState
 from app.needs import Needs
 from app.poses import transform
-from app.studies.oracle import SPACING, TruePerception, surface_points
+from app.studies.oracle import SPACING, TruePerception
 from app.studies.random_scene import random_world
 from app.world.motion import motion_of
 from app.world.shapes import make_shape
@@ -37,7 +38,7 @@ def test_no_point_of_a_surface_is_farther_from_a_sample_than_they_are_apart(tabl
     area = np.linalg.norm(np.cross(*np.diff(corners, axis=1).swapaxes(0, 1)), axis=1)
     chosen = corners[rng.choice(len(corners), 500, p=area / area.sum())]
     points = np.einsum("ni,nij->nj", rng.dirichlet(np.ones(3), 500), chosen)
-    samples = surface_points(shape)
+    samples = surface_points(shape.vertices, shape.faces, SPACING)
     gaps = np.linalg.norm(points[:, None] - samples[None], axis=2).min(axis=1)
     assert gaps.max() < 1.1 * SPACING and len(samples) < 2000
 

@@ -1,6 +1,7 @@
 """Recordings as files: written beside a run, read as far as they go."""
 
 import errno
+import gc
 import json
 import os
 import resource
@@ -11,6 +12,7 @@ import sys
 import threading
 from dataclasses import replace
 from io import BytesIO
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -26,6 +28,7 @@ from app.record.head import FORMAT, head_of
 from app.record.kept import Kept
 from app.record.reader import open_recording
 from app.record.recorder import ROOM, Recorder, start_recording, stop_recording
+from app.record.ring import Ring
 from app.record.run_file import INPUTS, TOPICS, WITNESS, RunFile
 from app.record.witness import witness_of
 from tests.recorded import SETUP, Handing, new_engine, run, same_outputs
@@ -366,6 +369,7 @@ def test_ticks_that_find_no_room_are_counted_and_said(tmp_path):
     engine.hand(ROOM + 40)
     dropped = recorder.state.dropped
     assert 39 <= dropped <= 40  # one may have been taken already
+    assert [r.refused for r in engine.said] == [True] and "lacks ticks" in engine.said[0].words
     recorder.may.set()
     recorder._worker.drain()
     engine.hand(10)
@@ -452,6 +456,22 @@ def test_of_a_process_that_is_killed_at_twenty_moments_all_but_the_last_second_i
 ):
     for n, after in enumerate(np.random.default_rng(2).integers(130, 2000, 20)):
         survives(tmp_path / f"{n}.mcap", after)
+
+
+@pytest.mark.slow
+def test_an_hour_is_recorded_in_bounded_memory(tmp_path):
+    engine = Handing()
+    ring = Ring(engine, SETUP, threaded=False)
+    engine.follow(ring)
+    recorder = start_recording(engine, SETUP, tmp_path / "run.mcap", threaded=False)
+    used = []
+    for _ in range(30):  # minutes at 125 Hz
+        engine.hand(round(60 * SETUP.rate))
+        gc.collect()
+        used.append(int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize())
+    stop_recording(engine, recorder)
+    growth = (used[-1] - used[4]) / 25 * 60 * 2  # [bytes] an hour at 250 Hz: its index
+    assert growth < 64e6
 
 
 def test_a_new_file_holds_its_format_before_the_first_tick(tmp_path):

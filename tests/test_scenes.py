@@ -103,6 +103,25 @@ def test_the_person_of_the_cell_commutes_on_the_left_and_never_walks_into_things
     assert x.min() < -0.10 and x.max() > 0.55
 
 
+@pytest.mark.parametrize("side", ["left", "right"])
+def test_the_operator_of_the_paper_s_cell_walks_into_nothing_but_may_brush_it(side):
+    lean = []
+    for seed in (0, 3):
+        scene = load_scene(find_scene(f"cell-{side}"), seed)
+        world, parts = World(scene.bodies), [b for b in scene.bodies if "/" in b.name]
+        truth = TrueDistance([(b.shape.vertices, b.shape.faces) for b in parts])
+        own = [b.name for b in parts]
+        for t in np.arange(0.0, 40.0, 1.0):
+            world.step(float(t))
+            posed = {p.view.name: p.T_base_body for p in world.poses()}
+            lean.append(posed["operator/chest"][2, 2])
+            T = np.array([posed[name] for name in own])
+            clear = truth.measure(T, world, leave_out=[*own, "floor"])
+            limbs = np.array(["left" in name or "right" in name for name in own])
+            assert clear[~limbs].min() > 0.0 and clear[limbs].min() > -0.03
+    assert min(lean) < 0.985  # it bows over the table
+
+
 def test_a_seed_varies_the_person_and_nothing_else():
     a, b, again = (World(load_scene(find_scene("cell"), seed=s).bodies) for s in (1, 2, 1))
     for p, q, r in zip(a.poses(), b.poses(), again.poses(), strict=True):

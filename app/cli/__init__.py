@@ -20,6 +20,7 @@ from app.cli.export import Export
 from app.cli.gallery import Gallery
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
+from app.cli.record_skin import RecordSkin
 from app.cli.replay import Replay
 from app.cli.run import Run
 from app.cli.settings import Settings
@@ -40,6 +41,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "doctor": Doctor,
     "calibrate": Calibrate,
     "skin": SkinCommand,
+    "record-skin": RecordSkin,
     "experiment": Experiment,
     "ur": Ur,
     "new-robot": NewRobot,

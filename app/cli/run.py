@@ -61,7 +61,8 @@ class Run(WhichRobot):
     path of its TOML file; default: the scene's, which is nobody's real place. Points in it are no
     obstacles, and the arm keeps out of it. What is learned on the page is kept in your own file."""
     sensors: str = "simulated"
-    """'simulated'; 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor); or
+    """'simulated'; 'replay:PATH[@SENSOR]' (frames of a state_ToF.csv, 8x8 or 4x4; several separated
+    by commas, or a folder of folders that bear sensors' names; or a file of record-skin); or
     'serial:PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]', several ports separated by commas,
     'serial:auto' to look for them (formats binary, f, table, lines, the last two also with -plain
     where columns are printed from the left; SENSORS is a sensor's or a ring's name, needed where

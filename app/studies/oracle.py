@@ -12,11 +12,11 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from app.cell.learned import NOTHING_LEARNED, Learned
 from app.config import Params
 from app.errors import StudyError
+from app.judge.sampling import surface_points
 from app.messages import Array, Cloud, JointState, Pairs, SensorFrame, Verdict, freeze
 from app.needs import Needs
 from app.perception.background import Background
@@ -45,7 +45,7 @@ class TruePerception:
         shapes = world.shapes()
         self._rows = [i for i, name in enumerate(shapes) if name not in leave_out]
         shapes_near = [shape for name, shape in shapes.items() if name not in leave_out]
-        samples = [surface_points(shape) for shape in shapes_near]
+        samples = [_samples(shape) for shape in shapes_near]
         self._local = [np.column_stack((s, np.ones(len(s)))) for s in samples]
         self._body_of = np.repeat(np.arange(len(samples)), [len(s) for s in samples])
         self._body = BodyPairs(robot)
@@ -135,26 +135,5 @@ class TruePerception:
         return Percept(posture, nothing, pairs, pairs, body, np.empty((0, 3)))
 
 
-def surface_points(shape: Shape) -> Array:
-    """(n, 3) [m] samples of a shape's surface, at most `SPACING` apart, its own frame."""
-    corners = shape.vertices[shape.faces]
-    longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
-    large = longest > SPACING
-    points = [_lattice(c, e) for c, e in zip(corners[large], longest[large], strict=True)]
-    return _thinned(np.concatenate([corners[~large].reshape(-1, 3), *points]))
-
-
-def _lattice(corners: Array, longest: float) -> Array:
-    """Points of a triangle (3, 3), `SPACING` apart along its longest edge."""
-    n = int(np.ceil(longest / SPACING))
-    i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
-    inside = i + j <= n
-    weights = np.column_stack((i[inside], j[inside], n - i[inside] - j[inside])) / n
-    return np.asarray(weights @ corners)
-
-
-def _thinned(points: Array) -> Array:
-    """One of the points that share a cube of `SPACING`."""
-    cubes: NDArray[np.int64] = np.floor(points / SPACING).astype(np.int64)
-    _, first = np.unique(cubes, axis=0, return_index=True)
-    return np.asarray(points[np.sort(first)])
+def _samples(shape: Shape) -> Array:
+    return surface_points(shape.vertices, shape.faces, SPACING)

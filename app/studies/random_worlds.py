@@ -47,7 +47,7 @@ def random_worlds(
     shard: 'I/N': only every N-th world from the I-th on.
     world: error budget of the simulation.
     """
-    done = TrialLog(log, {"seconds": seconds, "rate": rate, "world": world})
+    done = TrialLog(log, {"seconds": seconds, "rate": rate, "world": world}, Trial)
     modes = [*(kind.name for kind in taking_part("worlds")), ORACLE]
     seeds = shard_of(range(seed, seed + worlds), shard)
     wanted = [(i, mode) for i in seeds for mode in modes]

@@ -16,6 +16,7 @@ import numpy as np
 from app.config import Params
 from app.control.goals import goal_error
 from app.control.registry import kind_of, taking_part
+from app.judge.metrics import jerk_rms
 from app.judge.run import Judge
 from app.messages import Array, Snapshot
 from app.report import Check, Report
@@ -149,11 +150,6 @@ def run_point(
         "switches_per_s": switches(held[late:]) / max(seconds - STILL, 1e-9),
         "stops": len(r.stops),
     }
-
-
-def jerk_rms(qd: Array, rate: float) -> float:
-    """Root mean square [rad/s^3] of the second difference of commands (T, n)."""
-    return float(np.sqrt(np.mean(np.square(np.diff(qd, n=2, axis=0) * rate * rate))))
 
 
 def switches(held: list[bool]) -> int:
