@@ -3,18 +3,22 @@
 Each page is opened from disk in the browser of the tests, at the moment of its smallest distance.
 """
 
+import io
 import shutil
 import sys
 from pathlib import Path
 
+from PIL import Image
 from playwright.sync_api import sync_playwright
 
 from app.ui.export.gallery import INDEX, facts_of
 from tests.conftest import CHROMIUM_FLAGS
 
-SIZE = {"width": 1200, "height": 760}
+SIZE = {"width": 1000, "height": 700}
+COLOURS = 256  # of a picture: a third of its size
 PATIENCE = 600_000  # [ms]: three scenes are drawn by the processor alone
-STILL = 25_000  # [ms] until light and shadow have come
+DRAWN = """() => players.every(({ window }) => window.__viserMutable.messageQueue.length === 0
+  && window.__viserTestpoints.rendererInfo.render.frame > 8)"""
 
 
 def take(source: Path, target: Path) -> None:
@@ -30,9 +34,12 @@ def take(source: Path, target: Path) -> None:
             window.goto(f"{path.resolve().as_uri()}#t=0")
             window.wait_for_selector("body[data-ready]")
             window.evaluate("seek(facts.clips[0].nearest.time)")
-            window.wait_for_timeout(STILL)
-            picture = target / f"{path.stem}.jpg"
-            window.screenshot(path=picture, type="jpeg", quality=82, timeout=PATIENCE)
+            for _ in range(2):  # what was drawn while it waited may be of before
+                window.wait_for_function(DRAWN)
+                window.wait_for_timeout(4_000)
+            picture = target / f"{path.stem}.png"
+            shot = Image.open(io.BytesIO(window.screenshot(timeout=PATIENCE))).convert("RGB")
+            shot.quantize(COLOURS).save(picture, optimize=True)
             print(f"{picture}: {picture.stat().st_size / 1000:.0f} kB")
             window.close()
         browser.close()

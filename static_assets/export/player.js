@@ -87,25 +87,30 @@ function tick() { // no picture's business: a browser without a graphics card dr
 // --- the scenes -----------------------------------------------------------------------------
 
 const players = clips.map(() => null);
+if (several) find("scenes").classList.add("several");
 const captions = clips.map((clip, k) => {
   const figure = make("figure", find("scenes"));
   const frame = make("iframe", figure);
   frame.title = `Scene of ${clip.name}`;
   frame.tabIndex = -1;
-  const tag = '<style>.mantine-Paper-root:has(.mantine-Slider-root),.mantine-Notifications-root' +
-    "{display:none!important}</style>";
+  // our clock stands for viser's bar; and what is drawn is shown, not faded in
+  const tag = "<style>.mantine-Paper-root:has(.mantine-Slider-root),.mantine-Notifications-root" +
+    "{display:none!important}canvas{opacity:1!important}</style>";
   frame.srcdoc = viewer.before + `parent.document.getElementById("scene-${k}").textContent.trim()` +
     viewer.after.replace("</head>", () => `${tag}</head>`);
   const tell = make("figcaption", figure);
   const name = make("b", tell);
   if (several) make("i", name).style.background = CLIPS[k % CLIPS.length];
   name.append(clip.name);
-  return { closest: make("span", tell), state: make("span", tell), figure, frame };
+  return { closest: make("span", tell), whole: make("span", tell), state: make("span", tell), frame };
 });
 
 function caption(clip, k, i) {
   const [state, closest] = clip.words[i];
   captions[k].closest.textContent = closest;
+  const { own, distance } = clip.curves; // where the controller looks at less than the whole arm
+  const whole = own[i] !== null && distance[i] !== null && Math.abs(own[i] - distance[i]) > 0.01;
+  captions[k].whole.textContent = whole ? `Whole arm: ${(100 * distance[i]).toFixed(0)} cm` : "";
   captions[k].state.textContent = state;
 }
 

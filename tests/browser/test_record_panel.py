@@ -96,7 +96,7 @@ def test_a_stop_is_kept_by_keyboard_under_its_reason(
     until(window, lambda: files(folder), "it is saved", 60.0)
     (path,) = files(folder)
     assert path.name.endswith("_stopped-a-test-pulled-the-plug.mcap")
-    window.get_by_text("flinch export").wait_for()
+    window.get_by_text(path.name).first.wait_for()  # it is told when all of it is written
     with open_recording(path) as recording:
         assert any(mark.kind == "stop" for mark in recording.marks)
 

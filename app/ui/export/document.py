@@ -7,7 +7,7 @@ own. The page asks nobody for anything: its own policy forbids it.
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from app.assets import asset_folder
@@ -53,7 +53,7 @@ def document(clips: Sequence[Clip], legend: Sequence[Entry], words: Words) -> st
         "foot": words.foot,
         "index": words.index,
         "clips": [{"name": clip.name, **clip.facts} for clip in clips],
-        "legend": [asdict(replace(e)) | {"colours": list(map(css, e.colours))} for e in legend],
+        "legend": [asdict(e) | {"colours": list(map(css, e.colours))} for e in legend],
     }
     scenes = "\n".join(
         f'<script type="text/plain" id="scene-{k}">{scene}</script>'

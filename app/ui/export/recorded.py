@@ -26,7 +26,7 @@ def page_from(paths: Sequence[Path], part: Part, ghost: Mapping[str, Any] | None
     """
     arms: list[Arm] = []
     clips: list[Exported] = []
-    origins: list[str] = []
+    told: list[str] = []
     for path in paths:
         with open_recording(path) as recording:
             if not len(recording):
@@ -40,8 +40,8 @@ def page_from(paths: Sequence[Path], part: Part, ghost: Mapping[str, Any] | None
             arms.append(arm)
             closer = 1.0 if len(paths) == 1 else CLOSER
             clips.append(exported(arm, run, part.stride, closer=closer))
-            origins.append(origin_of(recording))
-    return page_of(arms[0], clips, " ".join(dict.fromkeys(origins)))
+            told += ([] if told else [origin_of(recording)]) + losses_of(path, recording)
+    return page_of(arms[0], clips, " ".join(told))
 
 
 def run_of(
@@ -82,15 +82,20 @@ def ahead(timeline: Timeline, i: int) -> Snapshot:
 
 
 def origin_of(recording: Recording) -> str:
-    """Where it comes from, in a sentence or two."""
+    """When and by what it was recorded, in a sentence."""
     head = recording.head
     when = datetime.fromtimestamp(head.began, UTC).strftime("%Y-%m-%d %H:%M UTC")
     setup = head.setup
     simulated = setup.sensors == "simulated"
     kind = f"simulated, {setup.world} world, seed {setup.seed}" if simulated else head.source
-    words = [f"Recorded {when} by Flinch {head.flinch}: {kind}."]
+    return f"Recorded {when} by Flinch {head.flinch}: {kind}."
+
+
+def losses_of(path: Path, recording: Recording) -> list[str]:
+    """What is missing in it, in sentences; none if it is whole."""
+    words = []
     if recording.dropped:
-        words.append(f"{recording.dropped} ticks are missing.")
+        words.append(f"{path.name}: {recording.dropped} ticks are missing.")
     if recording.torn:
-        words.append(f"It ends early: {recording.torn}.")
-    return " ".join(words)
+        words.append(f"{path.name} ends early: {recording.torn}.")
+    return words
