@@ -68,6 +68,11 @@ robot: $(MODEL) ## model the built-in robots anew and write their meshes
 reference: $(RUN) ## renew the tables of keys and the drawing of robots/README.md
 	$(PY) robots/reference.py
 
+.PHONY: gallery
+gallery: $(DEV) browser ## record and export the paper's scenes; renew the README's pictures of them
+	$(VENV)/bin/flinch gallery .artifacts/gallery --paper
+	$(PY) -m tests.gallery_pictures .artifacts/gallery static_assets/gallery
+
 wheel: $(DEV) ## build dist/flinch-*.whl, robots and scenes included
 	$(PY) -m build --wheel --no-isolation
 

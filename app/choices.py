@@ -14,6 +14,8 @@ from app.robot.ranges import complete, load_ranges
 from app.robot.skin import Skin
 from app.robot.skin_file import load_skin
 from app.sensing.latency import with_stamp_doubt
+from app.sensing.port_spec import parse_ports
+from app.sensing.replays import captured_ports
 from app.setup import Setup
 from app.tick import Limits
 from app.world.scene import Scene
@@ -58,7 +60,9 @@ def choose_skin(setup: Setup, robot: Robot) -> Skin:
     skin = lay_out(robot)
     kind, _, ports = setup.sensors.partition("+simulated")[0].partition(":")
     if kind == "serial" and ports:
-        skin = with_stamp_doubt(skin, ports)
+        skin = with_stamp_doubt(skin, parse_ports(ports, skin))
+    elif kind == "replay":
+        skin = with_stamp_doubt(skin, captured_ports(ports, skin))
     if setup.ranges is not None:
         skin = replace(skin, ranges=complete(load_ranges(setup.ranges, skin.slots)))
     return with_mounts(skin, load_mounts(setup.mounts), robot) if setup.mounts else skin

@@ -1,7 +1,5 @@
 """Names into sensors: simulated, recorded, on serial ports, or mixed."""
 
-from pathlib import Path
-
 from app.choices import lay_out
 from app.errors import SensorError
 from app.robot.model import Robot
@@ -10,8 +8,7 @@ from app.sensing.budget import read_budget
 from app.sensing.error_model import ErrorModel
 from app.sensing.mixed import MixedSkin
 from app.sensing.open_ports import open_skin
-from app.sensing.replay import Replay, read_recording
-from app.sensing.serial_skin import SerialSkin
+from app.sensing.replays import open_replay
 from app.sensing.simulated import SimulatedSkin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
@@ -63,19 +60,13 @@ def clock_for(setup: Setup) -> Clock:
     return WallClock() if setup.sensors.startswith("serial:") else ManualClock()
 
 
-def _real_source(sensors: str, skin: Skin, clock: Clock) -> Replay | SerialSkin:
+def _real_source(sensors: str, skin: Skin, clock: Clock) -> Source:
     kind, _, rest = sensors.partition(":")
     if kind == "replay" and rest:
-        return _replay(rest, skin)
+        return open_replay(rest, skin)
     if kind == "serial" and rest:
         return open_skin(rest, skin, clock)
     raise SensorError(
         f"sensors = {sensors!r}; give 'simulated', 'replay:PATH[@SENSOR]' or 'serial:PORT', "
         "the last two also with '+simulated'"
     )
-
-
-def _replay(what: str, skin: Skin) -> Replay:
-    path, _, sensor = what.partition("@")
-    k = skin.index(sensor) if sensor else 0
-    return Replay(read_recording(Path(path)), skin, k)

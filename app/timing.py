@@ -97,6 +97,11 @@ def prefer_this_thread(priority: int = PRIORITY) -> bool:
     return True
 
 
+def give_way() -> None:
+    """Let another thread that waits for the interpreter go on first."""
+    time.sleep(0.0)
+
+
 class Latest(Generic[T]):
     """A mailbox of one: the newest value wins, reading does not empty it."""
 

@@ -55,6 +55,7 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
     held: list[Arm | Source] = []
     try:
         recorded = recorded_skin(setup, skin)
+        held += [recorded] if recorded else []
         source, world = build_source(setup, robot, skin, scene, clock, recorded)
         held.append(source)
         arm = _arm(setup, robot, _begin(setup, recorded, world, home), encoder_noise(source))

@@ -83,9 +83,10 @@ def test_a_constant_latency_is_taken_off_the_stamps_of_a_boards_clock_too(robot,
 def test_what_a_port_can_be_says_how_sure_its_stamps_are(skin):
     known = skin.doubt.time
     text = "/dev/a=ring1-01,/dev/b#lines=ring1-02,/dev/c#f=ring1-03,/dev/d=ring2"
-    time = with_stamp_doubt(skin, text).doubt.time
+    time = with_stamp_doubt(skin, parse_ports(text, skin)).doubt.time
     assert time[:2] == pytest.approx(ESTIMATED) and (time[2:] == known[2:]).all()
-    told = with_stamp_doubt(skin, "/dev/a#lines=ring1-01:latency_ms=30").doubt.time
+    given = parse_ports("/dev/a#lines=ring1-01:latency_ms=30", skin)
+    told = with_stamp_doubt(skin, given).doubt.time
     assert known[0] < told[0] == TOLD < ESTIMATED and (told[1:] == known[1:]).all()
     setup = Setup(sensors="serial:/dev/a#lines=ring1-01+simulated")
     assert build_robot_and_skin(setup)[1].doubt.time[0] == ESTIMATED

@@ -1,6 +1,5 @@
 """`flinch calibrate filter`: thresholds for the self filter from returns of the robot itself."""
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,7 +17,7 @@ from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.budget import read_budget
-from app.sensing.replay import read_recording
+from app.sensing.replays import recorded
 from app.sensing.simulated import SimulatedSkin
 from app.setup import Setup
 from app.world.world import World
@@ -111,8 +110,7 @@ def _simulate(samples: Samples, robot: Robot, setup: Setup) -> None:
 
 def _replay(samples: Samples, robot: Robot, skin: Skin, recording: str) -> None:
     """A recording, PATH[@SENSOR], of the arm at home."""
-    path, _, name = recording.partition("@")
-    r, k = read_recording(Path(path)), skin.index(name) if name else 0
     posture = robot.posture(robot.home)
-    for i, columns in enumerate(zip(r.distance, r.status, r.targets, strict=True)):
+    k, *reports = recorded(recording, skin, posture)
+    for i, columns in enumerate(zip(*reports, strict=True)):
         samples.add(SensorFrame(k, 0.0, i, *columns), posture)

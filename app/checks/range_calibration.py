@@ -14,7 +14,7 @@ from app.robot.model import Robot
 from app.robot.ranges import RangeTable, load_ranges, save_ranges, wall_offset, with_wall
 from app.robot.skin import Skin, zone_centres
 from app.sensing.budget import IDEAL, Budget, read_budget
-from app.sensing.replay import read_recording
+from app.sensing.replays import recorded
 from app.sensing.simulated import SimulatedSkin
 from app.setup import Setup
 from app.world.motion import Still
@@ -39,9 +39,8 @@ def calibrate_ranges(setup: Setup, recording: str, distance: float, file: Path) 
     else:
         if not distance > 0.0:
             raise SensorError("a recorded wall needs its --distance in metres from the lens")
-        path, _, name = recording.partition("@")
-        r, k = read_recording(Path(path)), skin.index(name) if name else 0
-        walls = [(k, distance, skin.believed(k, r.distance, r.status, r.targets))]
+        said = recorded(recording, skin, robot.posture(robot.home))
+        walls = [(said.sensor, distance, skin.believed(*said))]
     rows = []
     for k, d, depth in walls:
         rows.append({"name": skin.sensors[k].name} | _row(skin, k, d, depth))

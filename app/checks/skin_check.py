@@ -7,7 +7,6 @@ the same way, else the order of the zones is mirrored or turned.
 """
 
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,7 +19,7 @@ from app.report import Check, Report
 from app.robot.sensor_type import PERPENDICULAR, RADIAL
 from app.robot.skin import Sensor, Skin, zone_centres
 from app.sensing.error_model import ErrorModel
-from app.sensing.replay import read_recording
+from app.sensing.replays import recorded
 from app.sensing.simulated import SimulatedSkin
 from app.setup import Setup
 from app.timing import WallClock
@@ -35,7 +34,7 @@ def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
     robot, skin = build_robot_and_skin(setup)
     port = recording.removeprefix("serial:")
-    path, _, name = ("", "", "") if port != recording else recording.partition("@")
+    name = recording.partition("@")[2] if port == recording else ""
     k = skin.index(name) if name else 15 % skin.count
     words = ""
     if port != recording:
@@ -43,8 +42,8 @@ def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     elif recording.startswith("simulated"):
         depth = simulate(robot, skin, k, what, setup.seed)
     else:
-        r = read_recording(Path(path))
-        depth = skin.believed(k, r.distance, r.status, r.targets)
+        said = recorded(recording, skin, robot.posture(robot.home), k)
+        k, depth = said.sensor, skin.believed(*said)
     sensor = skin.sensors[k]
     row = judge_wall(depth, sensor) if what == "wall" else judge_hand(depth, sensor)
     ok = float(bool(row.pop("agrees")))

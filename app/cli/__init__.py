@@ -16,8 +16,11 @@ from app.cli.calibrate import Calibrate
 from app.cli.compare import Compare
 from app.cli.doctor import Doctor
 from app.cli.experiments import Experiment
+from app.cli.export import Export
+from app.cli.gallery import Gallery
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
+from app.cli.record_skin import RecordSkin
 from app.cli.replay import Replay
 from app.cli.run import Run
 from app.cli.settings import Settings
@@ -32,10 +35,13 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "run": Run,
     "replay": Replay,
     "compare": Compare,
+    "export": Export,
+    "gallery": Gallery,
     "bench": Bench,
     "doctor": Doctor,
     "calibrate": Calibrate,
     "skin": SkinCommand,
+    "record-skin": RecordSkin,
     "experiment": Experiment,
     "ur": Ur,
     "new-robot": NewRobot,

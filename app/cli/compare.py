@@ -29,13 +29,12 @@ class Compare:
 
         if self.plot is not None:
             check_plot(self.plot)
-        runs = []
-        for path in (self.a, self.b):
-            runs.append(open_recording(path))
-            if not len(runs[-1]):
-                raise RecordingError(f"{path}: holds no tick ({runs[-1].torn or 'it is empty'})")
         names = (self.a.stem, self.b.stem)
         if names[0] == names[1]:
             names = (str(self.a), str(self.b))
-        report = compared(runs[0], runs[1], names, self.plot)
+        with open_recording(self.a) as a, open_recording(self.b) as b:
+            for path, run in ((self.a, a), (self.b, b)):
+                if not len(run):
+                    raise RecordingError(f"{path}: holds no tick ({run.torn or 'it is empty'})")
+            report = compared(a, b, names, self.plot)
         print(report.to_json() if self.json else report.to_text())

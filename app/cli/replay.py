@@ -65,17 +65,18 @@ class Replay:
         if self.plot is not None:
             check_plot(self.plot)
         changes = self._changes()
-        recording = open_recording(self.file)
-        if not len(recording):
-            raise RecordingError(f"{self.file}: holds no tick ({recording.torn or 'it is empty'})")
-        if recording.torn:
-            print(f"{self.file} ends early: {recording.torn}", file=sys.stderr)
-        if self.verify:
-            self._verify(recording)
-        elif self.headless or self.plot is not None:
-            self._tell(recording, changes)
-        else:
-            self._serve(recording, changes)
+        with open_recording(self.file) as recording:
+            if not len(recording):
+                why = recording.torn or "it is empty"
+                raise RecordingError(f"{self.file}: holds no tick ({why})")
+            if recording.torn:
+                print(f"{self.file} ends early: {recording.torn}", file=sys.stderr)
+            if self.verify:
+                self._verify(recording)
+            elif self.headless or self.plot is not None:
+                self._tell(recording, changes)
+            else:
+                self._serve(recording, changes)
 
     def _changes(self) -> dict[str, Any]:
         """The settings of the ghost; empty: there is none."""

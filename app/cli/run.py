@@ -8,7 +8,7 @@ import webbrowser
 from contextlib import ExitStack
 from dataclasses import dataclass, field, fields, make_dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TextIO
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TextIO
 
 import tyro
 
@@ -61,7 +61,8 @@ class Run(WhichRobot):
     path of its TOML file; default: the scene's, which is nobody's real place. Points in it are no
     obstacles, and the arm keeps out of it. What is learned on the page is kept in your own file."""
     sensors: str = "simulated"
-    """'simulated'; 'replay:PATH[@SENSOR]' (recorded 8x8 frames on one sensor); or
+    """'simulated'; 'replay:PATH[@SENSOR]' (frames of a state_ToF.csv, 8x8 or 4x4; several separated
+    by commas, or a folder of folders that bear sensors' names; or a file of record-skin); or
     'serial:PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]', several ports separated by commas,
     'serial:auto' to look for them (formats binary, f, table, lines, the last two also with -plain
     where columns are printed from the left; SENSORS is a sensor's or a ring's name, needed where
@@ -116,6 +117,8 @@ class Run(WhichRobot):
     """Print the headless summary as one JSON object."""
     record: Path | None = None
     """Record the run into this new file, FILE.mcap: all that enters every tick, to be replayed."""
+    recordings: Path = Path("recordings")
+    """Folder of what is recorded from the page; made when it is needed."""
     config: Path | None = None
     """A TOML file of settings; flags win over it."""
     settings: Annotated[Any, tyro.conf.OmitArgPrefixes] = field(default_factory=no_flags)
@@ -160,7 +163,7 @@ class Run(WhichRobot):
             entrance = self._entrance()
             if self.arm:
                 confirm(self.driver, self.sensors)
-            _serve(setup, params, entrance, self._window(), self.open, self.record)
+            _serve(setup, params, entrance, self._window(), self.open, self._files())
 
     def _headless(self, setup: "Setup", params: Params) -> None:
         """Run without a page, record where that is asked for, and print what came of it."""
@@ -179,6 +182,9 @@ class Run(WhichRobot):
         print(report.to_json() if self.json else report.to_text())
         _say_recorded(recorders, sys.stderr if self.json else sys.stdout)
 
+    def _files(self) -> "Files":
+        return Files(self.record, self.recordings)
+
     def _window(self) -> Window | None:
         """Where other viewers look in, if they may."""
         if self.foxglove is None:
@@ -194,6 +200,13 @@ class Run(WhichRobot):
         return Entrance(self.host, self.port, token, origins)
 
 
+class Files(NamedTuple):
+    """Where recordings go: this run's from its start, if it is; and those of the page."""
+
+    record: Path | None
+    folder: Path
+
+
 def _say_recorded(recorders: "list[Recorder]", out: TextIO) -> None:
     """Print what is in the file, if there is one; RecordingError if it has ended before the run."""
     for p in (r.state for r in recorders):
@@ -206,11 +219,12 @@ def _say_recorded(recorders: "list[Recorder]", out: TextIO) -> None:
 
 def _serve(
     setup: "Setup", params: Params, entrance: Entrance, window: Window | None, open_browser: bool,
-    record: Path | None,
+    files: Files,
 ) -> None:  # fmt: skip
     """Engine, page and, with a window, live views until the process is asked to end."""
     from app.record.recorder import start_recording
     from app.record.ring import Ring
+    from app.ui.desk import Desk
     from app.ui.live.server import LiveViews
     from app.ui.page import Page
     from app.wiring import build_engine
@@ -225,10 +239,12 @@ def _serve(
         setup = replace(setup, apart=True)
         engine = build_engine(setup, WallClock(), params)
         ends.callback(engine.close)
-        if record is not None:
-            recorders.append(start_recording(engine, setup, record))
-        engine.follow(Ring(engine, setup))
-        page = Page(engine, host, port, token=token, origins=origins)
+        if files.record is not None:
+            recorders.append(start_recording(engine, setup, files.record))
+        ring = Ring(engine, setup)
+        engine.follow(ring)
+        desk = Desk(engine, setup, files.folder, ring, *recorders)
+        page = Page(engine, host, port, token=token, origins=origins, desk=desk)
         ends.callback(page.stop)
         live = LiveViews(engine, window.port, window.origins) if window else None
         if live:

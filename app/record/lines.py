@@ -11,11 +11,10 @@ from app.messages import BodyPose, BodyView, Mode, freeze
 from app.record.codec import encode
 from app.record.marks import Marker
 from app.record.run_file import BODIES, GAP, INPUTS, LOOK, MARK, WITNESS
-from app.record.witness import FIELDS, Witness, WitnessOf
+from app.record.witness import FIELDS, LENGTH, Witness, WitnessOf
 from app.tick import Inputs, Outputs
 from app.timing import date_now
 
-LENGTH = 8  # [bytes] of a digest
 SECOND = 1_000_000_000  # [ns]
 
 

@@ -223,6 +223,8 @@ class FileRecording:
                 self._note(channel, [(at, offset)])
 
     def _reading(self) -> tuple[Decoder, WitnessReader]:
+        if self._cut and not self._about:
+            raise RecordingError(f"{self._path}: was cut off before its first tick")
         if self._about.get("format") != str(FORMAT):
             raise RecordingError(
                 f"{self._path}: a recording in format {self._about.get('format', 'unknown')} by "

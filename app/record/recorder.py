@@ -30,6 +30,7 @@ ROOM = 750  # ticks that may wait: three seconds of a disk that does not answer
 LOOK = 1.0 / 30.0  # [s] between two looks at the simulated bodies
 PICTURE = 1.0 / 15.0  # [s] between two pictures for other viewers
 FLUSH = 0.5  # [s] that a sudden end may cost
+TOO_SLOW = "the recording lacks ticks, this machine or its disk is too slow for it"
 NO_TIMING = Timing({}, 0.0)
 Seen = tuple[Inputs, Outputs, tuple[BodyPose, ...] | None]
 
@@ -109,6 +110,8 @@ class Recorder:
             snapshot, _ = self._engine.snapshots.get()
             bodies = snapshot.world if snapshot is not None else None
         if not self._worker.put((x, out, bodies)):
+            if not self._dropped:
+                self._engine.post(Remark(f"{TOO_SLOW}: {self._file.path}", refused=True))
             self._dropped += 1
 
     def close(self) -> None:

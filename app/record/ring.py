@@ -176,11 +176,12 @@ class Ring:
         part.ticks, part.ended = part.ticks + 1, x.now
         if at_ns - self._rows[0][1] >= BLOCK * SECOND:
             self._close_block()
+            self._forget(x.now)
 
     def _forget(self, now: float) -> None:
         """Parts that are too old, and looks that no part shows."""
         while len(self._parts) > 2 and now - self._parts[1].began >= self._seconds:
-            self._parts.popleft()
+            self._parts.popleft()  # there is another one before the newest, which may be empty
         used = set().union(*(p.looks for p in self._parts), self._scribe.present)
         self._looks = {number: look for number, look in self._looks.items() if number in used}
 

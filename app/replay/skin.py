@@ -13,25 +13,37 @@ from numpy.typing import NDArray
 from app.choices import build_robot, choose_skin
 from app.errors import SensorError, options
 from app.messages import Array, SensorFrame
-from app.record.reader import open_recording
+from app.record.reader import FileRecording, open_recording
 from app.record.recording import Recording
 from app.robot.posture import Posture
 from app.robot.skin import Skin
+from app.sensing.captured import MAGIC, is_capture
 from app.setup import Setup
-
-SUFFIX = ".mcap"
 
 
 def recorded_skin(setup: Setup, skin: Skin) -> "RecordedSkin | None":
-    """What `replay:FILE.mcap[@SENSOR]` names; None where the sensors are something else."""
+    """What `replay:FILE[@SENSOR]` names, if that is a recorded run; None where it is not."""
     kind, _, what = setup.sensors.partition("+simulated")[0].partition(":")
     name, _, sensor = what.partition("@")
-    if kind != "replay" or not name.endswith(SUFFIX):
+    if kind != "replay" or not is_run(Path(name)):
         return None
     recording = open_recording(Path(name))
-    if not len(recording):
-        raise SensorError(f"{name}: holds no tick; record one with flinch run --record FILE")
-    return RecordedSkin(Path(name).name, recording, skin_of(recording, setup, skin), skin, sensor)
+    try:
+        if not len(recording):
+            raise SensorError(f"{name}: holds no tick; record one with flinch run --record FILE")
+        was = skin_of(recording, setup, skin)
+        return RecordedSkin(Path(name).name, recording, was, skin, sensor)
+    except BaseException:
+        recording.close()
+        raise
+
+
+def is_run(path: Path) -> bool:
+    """Is it a file of a recorded run? Other recordings of sensors are `app.sensing.replays`'."""
+    if not path.is_file() or is_capture(path):
+        return False
+    with path.open("rb") as file:
+        return file.read(len(MAGIC)) == MAGIC
 
 
 def skin_of(recording: Recording, setup: Setup, skin: Skin) -> Skin:
@@ -101,7 +113,9 @@ class RecordedSkin:
         return self._last.inputs
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Give the file back, if it is one."""
+        if isinstance(self._recording, FileRecording):
+            self._recording.close()
 
 
 def places(was: Skin, skin: Skin, only: str) -> dict[int, int]:

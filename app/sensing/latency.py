@@ -11,12 +11,13 @@ a new measurement and hands it to a USB chip that waits for more (1 to 16 ms). A
 measured it gives `latency_ms`, or `flinch calibrate mounts` estimates it.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from app.messages import freeze
 from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
-from app.sensing.port_spec import PortSpec, parse_ports
+from app.sensing.port_spec import PortSpec
 from app.sensing.wire.detect import FORMATS
 
 BITS = 10  # of a byte on the line
@@ -59,11 +60,10 @@ def clockless(spec: PortSpec) -> bool:
     return not FORMATS[spec.format].named if spec.format else len(spec.sensors) == 1
 
 
-def with_stamp_doubt(skin: Skin, ports: str) -> Skin:
-    """The skin with what is not known of the stamps of frames without a clock; `ports` is what
-    follows `serial:`."""
+def with_stamp_doubt(skin: Skin, specs: Sequence[PortSpec]) -> Skin:
+    """The skin with what is not known of the stamps of frames without a clock on these ports."""
     time = skin.doubt.time.copy()
-    for spec in parse_ports(ports, skin):
+    for spec in specs:
         if clockless(spec):
             time[list(spec.sensors)] = ESTIMATED if spec.latency is None else TOLD
     return replace(skin, doubt=replace(skin.doubt, time=freeze(time)))

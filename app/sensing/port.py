@@ -13,6 +13,7 @@ import termios
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import serial
@@ -30,6 +31,8 @@ TRIAL = 1.5  # [s] of bytes without a whole frame before the next speed is tried
 BAUDS = (2_000_000, 115_200, 460_800, 921_600)  # tried in this order where none is given
 MAILBOX = 4096  # reads that may wait to be taken, about nine seconds of a whole skin
 CHUNK = 1 << 12  # [bytes] at most at once, as many as a line holds
+
+Tap = Callable[[str, Stream, bytes, float], None]  # port, its stream, bytes, when they came [s]
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,11 +67,12 @@ class Port:
 
     def __init__(self, spec: PortSpec, clock: Clock) -> None:
         self.name = spec.port
+        self.tap: Tap | None = None  # is told of all that is taken
         self._spec, self._clock = spec, clock
         self._mailbox: deque[tuple[Stream, bytes, float]] = deque(maxlen=MAILBOX)
         self._bauds = (spec.baud,) if spec.baud else _likely(spec.format)
         self._baud = 0
-        self._stream = Stream(spec.format, spec.grids)
+        self._stream = self._new_stream()
         self._open = True
         self._error = ""
         self._heard = self._spoke = float("-inf")
@@ -85,6 +89,8 @@ class Port:
         taken: list[Arrival] = []
         while self._mailbox:
             stream, chunk, now = self._mailbox.popleft()
+            if self.tap is not None:
+                self.tap(self.name, stream, chunk, now)
             arrivals = stream.feed(chunk, now)
             if arrivals:
                 self._spoke = now
@@ -137,7 +143,7 @@ class Port:
                     # bytes but no frame: perhaps it speaks at another speed
                     device.baudrate = self._next_baud()
                     _wait_in_kernel(line)
-                    self._stream, tried = Stream(self._spec.format, self._spec.grids), now
+                    self._stream, tried = self._new_stream(), now
                 self._mailbox.append((self._stream, chunk, now))
             self._busy = time.thread_time()
 
@@ -149,11 +155,15 @@ class Port:
             except SensorError as still:
                 log.debug("%s", still)
                 continue
-            self._stream = Stream(self._spec.format, self._spec.grids)
+            self._stream = self._new_stream()
             self._open, self._error = True, ""
             log.warning("port %s is back", self.name)
             return device
         return serial.serial_for_url(self.name, do_not_open=True)
+
+    def _new_stream(self) -> Stream:
+        baud = self._bauds[self._baud % len(self._bauds)]
+        return Stream(self._spec.format, self._spec.grids, baud)
 
     def _next_baud(self) -> int:
         self._baud += 1

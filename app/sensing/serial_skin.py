@@ -15,7 +15,7 @@ from app.robot.posture import Posture
 from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
 from app.sensing.latency import latency, latency_words
-from app.sensing.port import PortFacts
+from app.sensing.port import PortFacts, Tap
 from app.sensing.port_spec import PortSpec
 from app.sensing.port_state import PortState, PortWatch, rate_words, words
 from app.sensing.stream import Arrival
@@ -31,6 +31,7 @@ class Wire(Protocol):
     """What is needed of a port."""
 
     name: str
+    tap: Tap | None
 
     def receive(self) -> list[Arrival]: ...
     def facts(self) -> PortFacts: ...
@@ -51,6 +52,11 @@ class SerialSkin:
         self._sequence = np.zeros(skin.count, dtype=np.int64)
         self._polled: float | None = None
         self._since = float("-inf")  # from here on silence is counted
+
+    @property
+    def ports(self) -> tuple[str, ...]:
+        """Their names."""
+        return tuple(p.name for p in self._ports)
 
     @property
     def connected(self) -> NDArray[np.bool_]:
@@ -75,6 +81,11 @@ class SerialSkin:
                     frames.append(frame)
             watch.count(port.facts())
         return frames
+
+    def overhear(self, tap: Tap) -> None:
+        """Tell `tap` of all bytes that are taken from now on, before they are decoded."""
+        for port in self._ports:
+            port.tap = tap
 
     def ended(self) -> str:
         """A port that is gone may come back."""

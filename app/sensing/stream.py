@@ -29,11 +29,13 @@ class Stream:
     """One board's stream from its first byte on; another board needs another one.
 
     grids:        of the sensors that may speak, for formats that do not tell theirs.
+    baud:         the speed at which its bytes are read, 0 where that means nothing.
     frames, lost: whole frames, and those that a gap in a sensor's sequence tells of.
     restarts:     how often the board's clock began anew.
     """
 
-    def __init__(self, format_name: str = "", grids: Sequence[Grid] = USUAL) -> None:
+    def __init__(self, format_name: str = "", grids: Sequence[Grid] = USUAL, baud: int = 0) -> None:
+        self.baud = baud
         self.frames = self.lost = 0
         self._detector = Detector(format_name, grids)
         self._clock = DeviceClock()

@@ -8,6 +8,7 @@ import viser
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
+from app.ui.desk import Desk
 from app.ui.engine import Engine
 from app.ui.gate import Gate
 from app.ui.panels.arm_panel import ArmPanel
@@ -19,9 +20,10 @@ from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
+from app.ui.panels.record_panel import RecordPanel
 from app.ui.panels.sensors_panel import SensorsPanel
 from app.ui.panels.view_panel import ViewPanel
-from app.ui.pump import Pump
+from app.ui.pump import Pump, View
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
@@ -54,15 +56,19 @@ class Page:
         shapes: Shapes = SHAPES,
         token: str = "",
         origins: tuple[str, ...] = (),
+        desk: Desk | None = None,
     ) -> None:
-        """The way in, as `app.ui.entrance` has it: an empty token lets every page operate."""
+        """The way in, as `app.ui.entrance` has it: an empty token lets every page operate.
+
+        desk: of the arm's recordings; None: nothing can be recorded from the page.
+        """
         clock = clock or WallClock()
         self.access = Access(token)
         self.gate = Gate(self.access, clock)
         title = f"Flinch · {engine.robot.title}"
         self.server = open_page(host, port, title, self.gate, origins)
         try:
-            self._build(engine, clock, shapes)
+            self._build(engine, clock, shapes, desk)
         except BaseException:
             close_page(self.server)
             raise
@@ -96,7 +102,7 @@ class Page:
     ) -> None:
         self.stop()
 
-    def _build(self, engine: Engine, clock: Clock, shapes: Shapes) -> None:
+    def _build(self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None) -> None:
         server, gui = self.server, self.server.gui
         traffic = Traffic(server)
         self.stage = Stage(server, engine.cell)
@@ -129,6 +135,10 @@ class Page:
         with tabs.add_tab("Health"):
             self.sensors = SensorsPanel(server, engine)
             self.health = HealthPanel(server, engine, traffic)
+        self.record: RecordPanel | None = None
+        if desk is not None:
+            with tabs.add_tab("Record"):
+                self.record = RecordPanel(server, desk)
         with tabs.add_tab("Help"):
             gui.add_markdown((asset_folder("static_assets") / "help.md").read_text("utf-8"))
         charts = gui.add_panel()
@@ -137,12 +147,14 @@ class Page:
         charts.float(x=12, y=-12, width=340)
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
-        views = (
+        views: tuple[View, ...] = (
             self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
             self.world, self.arm, self.control, self.obstacles, self.background, self.goals,
             self.params, self.plot, self.health, self.memory, self.roles, self.sensors,
             self.separation, self.cones,
         )  # fmt: skip
+        if self.record is not None:
+            views = (*views, self.record)
         self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
 
     def _let_go(self, page: int) -> None:

@@ -101,7 +101,8 @@ class ArmPanel:
 def panel_style(room: int) -> str:
     """What lays the panel out in a height of `room` [px]."""
     # viser lays its controls out one below another, lets panels share a column by weights and puts
-    # handles around each; what is marked here stands side by side in a room that stays as it is
+    # handles around each; what is marked here stands side by side in a room that stays as it is;
+    # the tabs below are made narrower, so that all of them stand in one row
     return f"""<style>
 div:has(> div > .arm-panel) {{ display: grid; gap: 0.15em 0.4em;
   grid-template-columns: repeat(3, minmax(0, 5.6em)) minmax(6.8em, 1fr);
@@ -117,6 +118,7 @@ div:has(> .arm-line) {{ grid-column: 1 / -1 }}
 [data-dock-region]:has(.arm-panel) [data-dock-region-handle],
 [data-dock-column]:has(.arm-panel) > [data-dock-column-handle],
 [data-dock-group]:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
+.mantine-Tabs-tab {{ padding-left: 0.62em !important; padding-right: 0.62em !important }}
 @media (max-width: 36em) {{
   div:has(> div > .arm-panel) {{ position: fixed; inset: 0 0 auto; height: {room}px; z-index: 20;
     background: var(--mantine-color-body) }}
