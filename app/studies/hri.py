@@ -137,7 +137,7 @@ def hri(study: HriStudy) -> Report:
 def told(trials: Sequence[HriTrial], seed: int) -> Report:
     """A row for each condition, beside the paper's, the paper's comparisons, and faults."""
     good = [t for t in trials if not t.fault]
-    names = [n for n in dict.fromkeys(t.mode for t in good)]
+    names = list(dict.fromkeys(t.mode for t in good))
     alone = {
         t.mode.removesuffix(f" {ALONE}"): t.figures["waypoints_per_min"]
         for t in good if t.mode.endswith(ALONE)
@@ -185,13 +185,13 @@ def row(name: str, trials: Sequence[HriTrial], alone: float | None) -> dict[str,
             out[key] = float(known.min() if key in WORST else known.mean())
     if alone:
         out["work"] = out["waypoints_per_min"] / alone
-    out["nearest"] = _nearest(figures)
-    return out
+    if any(figures[0]["nearest_link"]):
+        out["nearest"] = _nearest(figures)
+    # nothing is near who works alone
+    return {k: v for k, v in out.items() if not isinstance(v, float) or np.isfinite(v)}
 
 
-def difference(
-    a: Sequence[HriTrial], b: Sequence[HriTrial], key: str
-) -> dict[str, float]:  # fmt: skip
+def difference(a: Sequence[HriTrial], b: Sequence[HriTrial], key: str) -> dict[str, float]:
     """Mean of a - b seed by seed, with its interval."""
     other = {t.seed: t.figures[key] for t in b}
     mean, low, high = bootstrap([t.figures[key] - other[t.seed] for t in a if t.seed in other])
