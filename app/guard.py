@@ -29,7 +29,7 @@ SLOWS = 0.4  # of the silence that stops the arm: three frames at 15 Hz of half 
 BLIND_STOP = 0.5  # of what the connected sensors look into: from this share on the arm is blind
 LONGER = 0.1  # [s] a sensor alone may be silent beyond what is borne of all: a frame and its way
 NAMED = 3  # sensors in a sentence; a person looks up the rest on the page
-PARTLY = (Unable.SEES, Unable.BAD_STATUS)  # some of their zones tell, or all
+PARTLY = (Unable.SEES, Unable.BAD_STATUS, Unable.DIRTY_WINDOW)  # some of their zones tell, or all
 STALL = 0.2  # [s] a tick later than this is a stall of this machine: three frames at 15 Hz
 NOT_SEEN = "waits for the first frames"
 
@@ -108,7 +108,7 @@ class Guard:
             self.fault(f"{silent} of {connected} sensors silent for more than {silence:g} s", x.now)
         self._look(x.source.connected, self.health.unable(x.now, silence + LONGER, since), unable)
         if self.blind_share >= BLIND_STOP and self.mode is not Mode.IDLE:  # nor before they spoke
-            count = int(np.count_nonzero(self.unable))
+            count = int(np.count_nonzero(self._unseeing()))
             self.fault(f"{count} of {connected} sensors cannot see: {self._listed()}", x.now)
         share, slow_after, self._late = 1.0, SLOWS * silence, ""
         if self.health.silent(x.now, slow_after, since) >= SILENT_SHARE * max(connected, 1):
@@ -121,7 +121,7 @@ class Guard:
 
     def advice(self, command: Command) -> str:
         """What a person should know of the sensors, and what it costs; empty if all can tell."""
-        if self._late or not self.unable.any():
+        if self._late or not self._unseeing().any():
             return self._late
         cost = ""
         if command.unseen_of >= 0:
@@ -146,9 +146,13 @@ class Guard:
         self.blind_share = float(blind.sum() / max(connected[self._cones.owner].sum(), 1))
         self.unseen = Unseen(*self._cones.unseen(blind, tell))
 
+    def _unseeing(self) -> NDArray[np.bool_]:
+        """(K,) the sensors that cannot tell; a dirty window holds nothing back."""
+        return ~np.isin(self.unable, (Unable.SEES, Unable.DIRTY_WINDOW))
+
     def _listed(self) -> str:
         """The first sensors that cannot tell, by name, and why."""
-        blind = np.flatnonzero(self.unable)
+        blind = np.flatnonzero(self._unseeing())
         words = [f"{self._skin.sensors[k].name} ({Unable(self.unable[k]).words})" for k in blind]
         return listed(words)
 

@@ -77,7 +77,8 @@ def test_what_is_hardly_before_the_body_is_asked_twice(robot, skin, times, first
     ).gap[slot] - 0.1  # fmt: skip
     d, status = np.full(64, 1.0), np.full(64, 4)
     d[zone], status[zone] = body + near - times * eps, 5
-    cloud, rules = SkinCloud(robot, skin, Cell()), P._replace(doubts_hoses=False)
+    cloud = SkinCloud(robot, skin, Cell())
+    rules = P._replace(doubts_hoses=False, doubts_windows=False)
     seen = []
     for i in range(2):
         cloud.add_frames([frame(k, i / 15, d, status=status)], posture, rules)

@@ -44,13 +44,15 @@ class Eyes(NamedTuple):
 
 
 class Seen(NamedTuple):
-    """The parts of an `app.messages.Cloud` that a memory is made of."""
+    """The parts of an `app.messages.Cloud` that a memory is made of; doubted: (S,) as in
+    `app.perception.windows`."""
 
     points: Array
     verdict: NDArray[np.uint8]
     gap: Array
     eps: Array
     stamp: Array
+    doubted: NDArray[np.bool_]
 
 
 class Sight(NamedTuple):

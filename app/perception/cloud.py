@@ -20,11 +20,14 @@ from app.perception.proof import Proof
 from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter, no_judgement
 from app.perception.static_filter import StaticFilter
+from app.perception.unable import Unable
+from app.perception.windows import DirtyWindows, Sight
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)  # numpy is slow with an enum
+SEES, DIRTY_WINDOW = np.uint8(Unable.SEES), np.uint8(Unable.DIRTY_WINDOW)
 LASTING = np.zeros(len(Verdict), dtype=bool)  # by verdict: does it outlast the frame's age?
 LASTING[[Verdict.EMPTY, Verdict.CONTACT]] = True
 
@@ -47,6 +50,7 @@ class SkinCloud:
         self.static_filter = StaticFilter(cell)
         self._ghosts, self._hanging = Ghosts(skin), Hanging(robot, skin)
         self._contacts, self._proof = Contacts(skin), Proof(skin)
+        self._windows = DirtyWindows(skin)
         self.background = Background(cell.learned)
         self.reset()
 
@@ -62,12 +66,19 @@ class SkinCloud:
         self._stamp = np.full(self._skin.count, -np.inf)
         self._ghosts.reset()
         self._contacts.reset()
+        self._windows.reset()
         self._proof.reset()
 
     @property
     def unable(self) -> NDArray[np.uint8]:
         """(K,) of `Unable`: what the frames themselves tell of their sensors."""
-        return np.asarray(np.maximum(self._contacts.unable, self._proof.unable))
+        blind = np.maximum(self._contacts.unable, self._proof.unable)
+        return np.where(self._windows.dirty & (blind == SEES), DIRTY_WINDOW, blind)
+
+    @property
+    def doubted(self) -> NDArray[np.bool_]:
+        """(S,) zones whose point a dirty window may have made of the body, believed or not."""
+        return self._windows.doubted
 
     def add_frames(
         self,
@@ -98,6 +109,8 @@ class SkinCloud:
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
         if rules.doubts_hoses:
             self._hanging.mark(sensors, reports.distance, points, posture, judged)
+        if rules.doubts_windows:
+            self._doubt_windows(sensors, posture)
         self._ghosts.mark_ghosts(sensors, reports.distance, judged, rules)
         if rules.feels_contact:
             self._contacts.mark(
@@ -107,6 +120,15 @@ class SkinCloud:
         if self.background.learning:
             kept = slots[judged.verdict[slots] == KEPT]
             self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)
+
+    def _doubt_windows(self, sensors: NDArray[np.intp], posture: Posture) -> None:
+        """Doubt what a dirty window may have made of the body."""
+        reports, judged = self._reports, self._judged
+        thin = self._windows.doubtful(sensors, reports.distance, judged)
+        if thin is not None:
+            thin = self._self_filter.drawn(sensors, thin, reports.distance, judged)
+        sight = Sight(self._points, self._stamp, posture.T_base_link)
+        self._windows.mark(sensors, thin, sight, reports, self._lenses, judged.verdict)
 
     def newest(self) -> Cloud:
         """The cloud without regard to age, not copied: it changes with the next frames."""

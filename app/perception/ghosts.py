@@ -19,13 +19,13 @@ from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.returns import Judgement
 from app.perception.rules import Rules
+from app.perception.things import ALIKE
 from app.robot.skin import Skin
 
 KEPT, GHOST = int(Verdict.KEPT), int(Verdict.GHOST)
 SURFACE = np.zeros(len(Verdict), dtype=bool)  # by verdict: has the zone seen something there?
 SURFACE[[Verdict.KEPT, Verdict.SELF, Verdict.STATIC, Verdict.BEHIND]] = True
 NEAR = 0.15  # [m] one frame later, at 1.5 m/s, a thing that near would be a hand's breadth away
-ALIKE = 0.10  # [m] distances of neighbouring zones that differ by less are one thing
 CLOSER = 0.10  # [m] a surface may come nearer by this in a frame: 1.5 m/s at 15 Hz
 HARDLY = 1.6  # times the self filter's threshold: 4 sigmas, which noise alone does not reach
 

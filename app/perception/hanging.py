@@ -23,8 +23,8 @@ from scipy.spatial import ConvexHull
 
 from app.compiled import compiled
 from app.messages import Array, Verdict
-from app.perception.ghosts import ALIKE
 from app.perception.returns import Judgement
+from app.perception.things import ALIKE, grow
 from app.perception.uncertainty import views_aside
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -183,22 +183,11 @@ def _things_outside(
 
     width: [rad] of a zone.
     """
-    n, columns = len(link), grid[1]
-    outside, todo, left = np.zeros(n, dtype=np.bool_), np.empty(n, dtype=np.int64), 0
-    for i in range(n):
-        if verdict[i] == KEPT and (link[i] < 0 or _wide(i, z, verdict, grid, width)):
-            outside[i], todo[left] = True, i
-            left += 1
-    while left > 0:
-        left -= 1
-        i = todo[left]
-        row, column = i // columns, i % columns
-        for r in range(max(0, row - 1), min(grid[0], row + 2)):
-            for c in range(max(0, column - 1), min(columns, column + 2)):
-                j = r * columns + c
-                if verdict[j] == KEPT and not outside[j] and abs(z[j] - z[i]) < ALIKE:
-                    outside[j], todo[left] = True, j
-                    left += 1
+    outside, kept = np.zeros(len(link), dtype=np.bool_), verdict == KEPT
+    for i in range(len(link)):
+        if kept[i]:
+            outside[i] = link[i] < 0 or _wide(i, z, verdict, grid, width)
+    grow(outside, z, kept, grid)
     return outside
 
 

@@ -10,7 +10,8 @@ as moving.
 
 A place that may be the arm's own body is never remembered, since the arm leaves it and no sensor
 may look at it again: a point nearer to a link than the self filter's threshold and as
-far as the zone may look aside only renews what was seen there before.
+far as the zone may look aside only renews what was seen there before, and so does one that a dirty
+window may have made of the body.
 
 A zone carves up to its own depth and its neighbours' less 8 cm (edges mix depths); one that
 saw the robot up to the robot; one without an echo, which dark clothing also gives, up to 0.5 m
@@ -59,6 +60,7 @@ class Memory:
         self._life = np.empty(3)
         self._life[[MOVING, UNDECIDED, STATIC]] = 0.7, 3.0, 30.0
         self._voxels = grid.empty(CAPACITY)
+        self._none = np.zeros(skin.slots, dtype=bool)
         self.reset()
 
     def reset(self) -> None:
@@ -82,14 +84,21 @@ class Memory:
         """(n,) those of them that are near the arm."""
         return self.use & self._voxels.near[: self._voxels.top[0]]
 
-    def update(self, cloud: Cloud, sensors: NDArray[np.intp], posture: Posture) -> None:
-        """Take in the newest frames of `sensors` (m,), which were measured at `posture`."""
+    def update(
+        self, cloud: Cloud, sensors: NDArray[np.intp], posture: Posture,
+        doubted: NDArray[np.bool_] | None = None,
+    ) -> None:  # fmt: skip
+        """Take in the newest frames of `sensors` (m,), which were measured at `posture`.
+
+        doubted: (S,) zones that see what may be the arm itself for other reasons.
+        """
+        unsure = self._none if doubted is None else doubted
         _update(
             self._voxels,
             self._eyes,
             sensors,
             posture.T_base_link,
-            Seen(cloud.points, cloud.verdict, cloud.gap, cloud.eps, cloud.stamp),
+            Seen(cloud.points, cloud.verdict, cloud.gap, cloud.eps, cloud.stamp, unsure),
         )
 
     def age(self, now: float, posture: Posture) -> None:
@@ -147,7 +156,7 @@ def _update(
                 T_sensor_base[i, 3] -= T_sensor_base[i, j] * at
         use, sure = seen.verdict[first:last] == KEPT, np.zeros(last - first, dtype=np.bool_)
         for zone in range(last - first):
-            if use[zone]:
+            if use[zone] and not seen.doubted[first + zone]:
                 away = _distance(T_sensor_base, points[zone])
                 margin = seen.eps[first + zone] + eyes.aside[k] * away
                 sure[zone] = grid.is_apart(points[zone], T_base_link, eyes.box, margin)

@@ -165,7 +165,7 @@ class Perception:
                 if rules.obstacle_speed:
                     self._speed.take(judged, sensors)
                 if rules.memory:
-                    self._memory.update(judged, sensors, then)
+                    self._memory.update(judged, sensors, then, self._cloud.doubted)
 
     def _world_points(
         self, cloud: Cloud, posture: Posture, now: float, rules: Rules

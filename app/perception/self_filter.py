@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array
+from app.perception.behind import aim_behind, find_body_behind
 from app.perception.casting import (
     DEPTH,
     NEAR,
@@ -99,11 +100,31 @@ class SelfFilter:
             self._look(sensors, reported, rules, judged)
         return judged
 
+    def drawn(
+        self, sensors: NDArray[np.intp], asked: NDArray[np.bool_], reported: Array,
+        judged: Judgement,
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """(S,) which reports (S,) [m] of the `asked` zones (S,) of `sensors` (m,), which have just
+        been judged, a dirty window may have made of the body."""
+        fan, out = self.fan, np.zeros(len(asked), dtype=bool)
+        aim_behind(sensors, asked, fan, judged.aims)
+        self._cast(sensors, judged.aims)
+        find_body_behind(sensors, asked, reported, self._known, judged.aims, self._returns, out)
+        return out
+
     def _look(
         self, sensors: NDArray[np.intp], reported: Array, rules: Rules, judged: Judgement
     ) -> None:
         """Cast the rays that are still to be cast, and judge by all."""
-        fan, casts, aims = self.fan, self._casts, judged.aims
+        self._cast(sensors, judged.aims)
+        explain_returns(
+            sensors, reported, DEPTH if rules.footprint else 0.0, rules.two_sided,
+            self._known, self._hulls, self._returns, judged,
+        )  # fmt: skip
+
+    def _cast(self, sensors: NDArray[np.intp], aims: Aims) -> None:
+        """Cast the rays that are still to be cast."""
+        fan, casts = self.fan, self._casts
         take_own(sensors, fan, aims, self._own, self._returns)
         enter_boxes(sensors, fan, self._hulls, self._views, aims, casts)
         first = 0
@@ -113,10 +134,6 @@ class SelfFilter:
                 np.add(t, np.float32(NEAR), out=casts.hit[first:last])
             first = last
         take_hits(self._known.sensor_of, fan, aims, casts, self._returns)
-        explain_returns(
-            sensors, reported, DEPTH if rules.footprint else 0.0, rules.two_sided,
-            self._known, self._hulls, self._returns, judged,
-        )  # fmt: skip
 
 
 def _own_returns(robot: Robot, fan: Fan, known: Known, hulls: Hulls) -> Returns:

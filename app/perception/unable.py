@@ -13,6 +13,7 @@ class Unable(IntEnum):
     COVERED = 4  # what is at its lens rides along with the arm
     DARK = 5  # returns nothing where something surely is
     TOUCHED = 6  # something is at its lens
+    DIRTY_WINDOW = 7  # it can, but for what is thin and before an outline of the arm's own body
 
     @property
     def words(self) -> str:

@@ -1,0 +1,65 @@
+"""Which zones of a frame see one thing: neighbours in the image at about one distance."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from app.compiled import compiled
+from app.messages import Array
+
+ALIKE = 0.10  # [m] distances of neighbouring zones that differ by less are one thing
+FLAT = 0.05  # [m] as do those of one side of it in two by two zones
+
+
+@compiled
+def grow(
+    part: NDArray[np.bool_], z: Array, kept: NDArray[np.bool_], grid: NDArray[np.int64]
+) -> None:
+    """Let `part` (n,) of the kept zones (n,) of a frame become all of the things that it is of.
+
+    z: (n,) [m] distances.   grid: (2,) rows and columns.
+    """
+    n, columns = len(z), grid[1]
+    todo, left = np.empty(n, dtype=np.int64), 0
+    for i in range(n):
+        if part[i]:
+            todo[left] = i
+            left += 1
+    while left > 0:
+        left -= 1
+        i = todo[left]
+        row, column = i // columns, i % columns
+        for r in range(max(0, row - 1), min(grid[0], row + 2)):
+            for c in range(max(0, column - 1), min(columns, column + 2)):
+                j = r * columns + c
+                if kept[j] and not part[j] and abs(z[j] - z[i]) < ALIKE:
+                    part[j], todo[left] = True, j
+                    left += 1
+
+
+@compiled
+def find_thin(
+    z: Array, kept: NDArray[np.bool_], sure: NDArray[np.bool_], grid: NDArray[np.int64],
+    thin: NDArray[np.bool_],
+) -> int:  # fmt: skip
+    """Write which kept zones (n,) see a thing that is nowhere two zones wide both ways in those
+    that are sure of it (n,); how many.
+
+    z, kept, grid: as in `grow`.
+    """
+    columns = grid[1]
+    wide = np.zeros(len(z), dtype=np.bool_)
+    for row in range(grid[0] - 1):
+        for column in range(columns - 1):
+            i = row * columns + column
+            right, below = i + 1, i + columns
+            if not (sure[i] and sure[right] and sure[below] and sure[below + 1]):
+                continue
+            low = min(z[i], z[right], z[below], z[below + 1])
+            if max(z[i], z[right], z[below], z[below + 1]) - low < FLAT:
+                wide[i] = wide[right] = wide[below] = wide[below + 1] = True
+    grow(wide, z, kept, grid)
+    count = 0
+    for i in range(len(z)):
+        thin[i] = kept[i] and not wide[i]
+        count += thin[i]
+    return count
