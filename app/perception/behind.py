@@ -2,7 +2,7 @@
 
 A zone that the body's outline passes through may get hardly any light from it, so that its report
 may be drawn all the way to the window. One that the body fills is drawn by centimetres, the nearer
-the body the fewer.
+the body the fewer. What hangs on the body, and no ray meets, is as thin as an outline.
 """
 
 import numpy as np
@@ -18,8 +18,8 @@ from app.perception.uncertainty import WIDEST, Known
 MORE = 2.0  # times the margin across the zone: what lies beyond the self filter's is doubtful
 ROUGH = 0.4  # half widths more: two of `uncertainty.BODY` a quarter of a metre away
 FARTHEST = 0.6  # [m] cover glass shows in nearer targets only, says the maker
-DRAWN, MOST = 0.25, 0.04  # share of the distance and [m] of a surface that fills the zone
-STEEP = 2.0  # tangent of the angle between a ray and a surface's normal: it sends little light back
+DRAWN, MOST = 0.25, 0.06  # share of the distance and [m] of a surface that fills the zone
+STEEP = 1.0  # tangent of the angle between a ray and a surface's normal: it sends little light back
 
 
 @compiled
@@ -46,7 +46,7 @@ def find_body_behind(
 ) -> None:
     """Write whether the body lies behind the report (S,) [m] of each `asked` zone (S,) of `sensors`
     (m,) with its outline, or hardly behind it: some rays meet it there, not all, or all on a steep
-    surface, or not far behind."""
+    surface, or not far behind. Those that it fills well behind need not be asked further."""
     first = np.searchsorted(known.sensor_of, sensors)
     last = np.searchsorted(known.sensor_of, sensors, side="right")
     for m in range(len(sensors)):
@@ -62,6 +62,7 @@ def find_body_behind(
             size = 2.0 * aims.spread[zone] * known.half[sensors[m]] * near
             full = behind == aims.rays[zone] and far - near <= STEEP * size
             out[zone] = behind > 0 and (not full or hardly(near - reported[zone], near))
+            asked[zone] = out[zone] or not full
 
 
 @compiled

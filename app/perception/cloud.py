@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from app.cell.parts import Cell
 from app.messages import Array, Cloud, SensorFrame, Verdict, freeze
 from app.perception.background import Background
+from app.perception.behind import FARTHEST
 from app.perception.contact import Contacts
 from app.perception.ghosts import Ghosts
 from app.perception.hanging import Hanging
@@ -126,7 +127,9 @@ class SkinCloud:
         reports, judged = self._reports, self._judged
         thin = self._windows.doubtful(sensors, reports.distance, judged)
         if thin is not None:
-            thin = self._self_filter.drawn(sensors, thin, reports.distance, judged)
+            drawn = self._self_filter.drawn(sensors, thin, reports.distance, judged)
+            self._hanging.behind(sensors, thin, self._points, posture, FARTHEST, drawn)
+            thin = drawn
         sight = Sight(self._points, self._stamp, posture.T_base_link)
         self._windows.mark(sensors, thin, sight, reports, self._lenses, judged.verdict)
 

@@ -87,6 +87,19 @@ class Hanging:
         of the zones, base frame."""
         _mark(sensors, distance, points, posture.T_base_link, self._wraps, judged)
 
+    def behind(
+        self,
+        sensors: NDArray[np.intp],
+        asked: NDArray[np.bool_],
+        points: Array,
+        posture: Posture,
+        farthest: float,
+        out: NDArray[np.bool_],
+    ) -> None:
+        """Mark in `out` (S,) which `asked` zones (S,) of `sensors` (m,) may see what hangs on the
+        robot behind their `points` (S, 3), up to `farthest` [m]."""
+        _mark_behind(sensors, asked, points, posture.T_base_link, self._wraps, farthest, out)
+
 
 def _faces(vertices: Array) -> Array:
     """(N, 4) planes n . p + o = 0 of the convex hull of points (V, 3), n outwards; those that are
@@ -169,6 +182,62 @@ def _holds(
         if inside:
             return link
     return -1
+
+
+@compiled
+def _mark_behind(
+    sensors: NDArray[np.intp],
+    asked: NDArray[np.bool_],
+    points: Array,
+    T_base_link: Array,
+    wraps: Wraps,
+    farthest: float,
+    out: NDArray[np.bool_],
+) -> None:
+    """See `Hanging.behind`."""
+    lens = np.empty(3)
+    for k in sensors:
+        T = T_base_link[wraps.link[k]]
+        for a in range(3):
+            o = wraps.origin[k]
+            lens[a] = T[a, 3] + T[a, 0] * o[0] + T[a, 1] * o[1] + T[a, 2] * o[2]
+        for zone in range(wraps.first[k], wraps.first[k + 1]):
+            if not asked[zone] or out[zone]:
+                continue
+            for link in range(len(T_base_link)):
+                out[zone] |= wraps.moves[k, link] and _passes(
+                    points[zone], lens, wraps.aside[k], farthest, T_base_link[link],
+                    wraps.plane[wraps.face[link] : wraps.face[link + 1]],
+                )  # fmt: skip
+
+
+@compiled
+def _passes(
+    point: Array, lens: Array, aside: float, farthest: float, T: Array, plane: Array
+) -> bool:
+    """Does the ray from a lens (3,) through a point (3,) pass, `aside` [rad] or less, through what
+    may hang on the link at T (4, 4) with the hull `plane` (N, 4), beyond the point?"""
+    p, u, square = np.empty(3), np.empty(3), 0.0
+    for a in range(3):
+        p[a] = u[a] = 0.0
+        for b in range(3):
+            p[a] += T[b, a] * (lens[b] - T[b, 3])
+            u[a] += T[b, a] * (point[b] - lens[b])
+        square += u[a] * u[a]
+    length = max(np.sqrt(square), 1e-6)
+    low, high = 1.0, farthest / length  # in lengths of the ray to the point
+    for i in range(len(plane)):
+        height, slope = plane[i, 3] - THICK, -aside * length
+        for a in range(3):
+            height += plane[i, a] * p[a]
+            slope += plane[i, a] * u[a]
+        if slope > 0.0:
+            high = min(high, -height / slope)
+        elif slope < 0.0:
+            low = max(low, -height / slope)
+        elif height > 0.0:
+            return False
+    return bool(low <= high)
 
 
 @compiled

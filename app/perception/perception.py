@@ -8,7 +8,6 @@ Nothing behind it feeds back into it: what it believes follows from what was mea
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from itertools import groupby
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +24,7 @@ from app.perception.pair_doubt import with_doubt
 from app.perception.proximity import BodyPairs, HeldPairs, ManyPairs, MountPairs
 from app.perception.rules import Rules, rules_of
 from app.perception.steadying import Steadying
-from app.perception.uncertainty import known_of
+from app.perception.uncertainty import TOGETHER, known_of
 from app.perception.velocity import ObstacleSpeed
 from app.robot.history import JointHistory
 from app.robot.model import Robot
@@ -153,12 +152,12 @@ class Perception:
         return Percept(posture, cloud, body, body, body, np.empty((0, 3)))
 
     def _take(self, frames: Sequence[SensorFrame], rules: Rules) -> None:
-        """Judge new frames, each at the posture that the arm had when it was measured."""
+        """Judge new frames at the posture that the arm had when they were measured."""
         if late := self._skin.late:
             frames = [replace(f, stamp=f.stamp - late) for f in frames]
-        for stamp, group in groupby(sorted(frames, key=_stamp), key=_stamp):
+        for together in in_one_go(frames):
+            stamp = (together[0].stamp + together[-1].stamp) / 2.0
             then = self._robot.posture(self._history.at(stamp))
-            together = list(group)
             self._cloud.add_frames(together, then, rules, self._history.speed(stamp))
             if rules.memory or rules.obstacle_speed:
                 sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
@@ -207,6 +206,17 @@ class Perception:
             self._memory.mark_moving(self._speed.moving(), now)
         inside = (body.distance < VISITED) & (body.slot >= current)
         self._memory.visited(body.slot[inside] - current)
+
+
+def in_one_go(frames: Sequence[SensorFrame]) -> list[list[SensorFrame]]:
+    """Frames that are judged together, at one posture: of stamps within `TOGETHER`, in order."""
+    out: list[list[SensorFrame]] = []
+    for f in sorted(frames, key=_stamp):
+        if out and f.stamp - out[-1][0].stamp <= TOGETHER:
+            out[-1].append(f)
+        else:
+            out.append([f])
+    return out
 
 
 def _stamp(frame: SensorFrame) -> float:

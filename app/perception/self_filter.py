@@ -105,7 +105,8 @@ class SelfFilter:
         judged: Judgement,
     ) -> NDArray[np.bool_]:  # fmt: skip
         """(S,) which reports (S,) [m] of the `asked` zones (S,) of `sensors` (m,), which have just
-        been judged, a dirty window may have made of the body."""
+        been judged, a dirty window may have made of the body; those that surely see something else
+        are no longer asked."""
         fan, out = self.fan, np.zeros(len(asked), dtype=bool)
         aim_behind(sensors, asked, fan, judged.aims)
         self._cast(sensors, judged.aims)

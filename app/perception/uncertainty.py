@@ -36,6 +36,7 @@ BODY = 2.5e-3
 # sigmas along a ray and across it; `flinch experiment frontier` shows what more would cost, and
 # what noise carries beyond them for one frame waits for a second (see `app.perception.ghosts`)
 SIGMAS, ASIDE = 2.5, 1.5
+TOGETHER = 1e-3  # [s] frames that near are judged at one time, half of that off at most
 BASE, LEAST = 0.02, 0.03  # [m] the paper's threshold; it gives no figure
 WIDEST = 2.5  # half widths of a zone; a lens at its own body would have all around it excused
 
@@ -81,7 +82,7 @@ def known_of(skin: Skin, caution: float = 1.0) -> Known:
         position=d.position,
         angle=d.angle,
         share=d.share,
-        time=d.time,
+        time=np.hypot(d.time, TOGETHER / 2.0),
         joint=np.array([np.hypot(d.joint, FRAME_ANGLE)]),
         sigmas=caution * np.array([SIGMAS, ASIDE]),
     )
