@@ -19,7 +19,7 @@ from app.control.unseen import NOTHING_UNSEEN, Unseen
 from app.messages import Command, Mode, SensorFrame, Status, freeze
 from app.perception.blindness import cones_of
 from app.perception.health import SkinHealth
-from app.perception.unable import Unable
+from app.perception.unable import SEEING, Unable
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.tick import Inputs
@@ -148,7 +148,7 @@ class Guard:
 
     def _unseeing(self) -> NDArray[np.bool_]:
         """(K,) the sensors that cannot tell; a dirty window holds nothing back."""
-        return ~np.isin(self.unable, (Unable.SEES, Unable.DIRTY_WINDOW))
+        return ~np.isin(self.unable, SEEING)
 
     def _listed(self) -> str:
         """The first sensors that cannot tell, by name, and why."""

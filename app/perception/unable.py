@@ -19,3 +19,7 @@ class Unable(IntEnum):
     def words(self) -> str:
         """For a person."""
         return self.name.lower().replace("_", " ")
+
+
+# what is before these is seen, the one but for thin things before the arm's own outline
+SEEING = (Unable.SEES, Unable.DIRTY_WINDOW)

@@ -8,6 +8,7 @@ import numpy as np
 import viser
 
 from app.messages import Snapshot
+from app.perception.unable import SEEING
 from app.ui.colours import ALARM
 from app.ui.engine import Engine
 from app.ui.scene.poses import wxyz
@@ -28,7 +29,8 @@ class BlindView:
         self._on = True
 
     def update(self, snapshot: Snapshot) -> None:
-        blind = tuple(np.flatnonzero(snapshot.unable).tolist()) if self._on else ()
+        unseeing = ~np.isin(snapshot.unable, SEEING)
+        blind = tuple(np.flatnonzero(unseeing).tolist()) if self._on else ()
         if blind == self._shown:
             return
         self._shown = blind
