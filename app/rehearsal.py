@@ -55,6 +55,9 @@ def rehearse(
                     out = brain.tick(_inputs(robot, skin, stamp, depth))
                     if out.trace:
                         raise RuntimeError(f"rehearsing {mode} with {name} turned\n{out.trace}")
+        brain.wishes.params = params
+        for later in (0.1, 0.2):  # two frames, or a lone zone's return is not believed
+            brain.tick(_inputs(robot, skin, stamp + later, 0.3, lone=True))
         _seldom(brain, perception, stamp)
 
 
@@ -71,19 +74,21 @@ def _aside(robot: Robot) -> Goal:
     return Goal(freeze(T))
 
 
-def _inputs(robot: Robot, skin: Skin, stamp: float, depth: float) -> Inputs:
+def _inputs(robot: Robot, skin: Skin, stamp: float, depth: float, lone: bool = False) -> Inputs:
+    """Every sensor has just seen something at `depth` [m], in all of its zones or a lone one."""
     still = freeze(np.zeros(robot.n))
     frames = tuple(
-        _full_frame(k, sensor.type, stamp, depth) for k, sensor in enumerate(skin.sensors)
+        _frame(k, sensor.type, stamp, depth, lone) for k, sensor in enumerate(skin.sensors)
     )
     joints = JointState(stamp, freeze(robot.home.copy()), still)
     everybody = SourceReport(np.ones(skin.count, dtype=bool))
     return Inputs(0, stamp, 0.004, 0.0, joints, still, ArmReport(), frames, everybody)
 
 
-def _full_frame(k: int, kind: SensorType, stamp: float, depth: float) -> SensorFrame:
-    """A frame in which every zone sees something at `depth` [m]."""
+def _frame(k: int, kind: SensorType, stamp: float, depth: float, lone: bool) -> SensorFrame:
+    """A frame in which every zone, or the first alone, sees something at `depth` [m]."""
     status, targets = np.full((2, kind.zones), 1, dtype=np.uint8)
+    targets[1:] = 0 if lone else 1
     return SensorFrame(
         k, stamp, 0, np.full(kind.zones, depth), status * np.uint8(kind.status.valid), targets
     )

@@ -1,8 +1,8 @@
 """A captured state as plain bytes, and back: into the parts of another object of the same make.
 
-No pickle. Of classes only names are written, and reading makes instances of those alone that the
-new object is made of already or that the reader lists; no code of theirs runs. What is not state
-(facts, functions) is taken from the new object, where it lies at the same place.
+Nothing in them can run. Of classes only names are written, and reading makes instances of those
+alone that the new object is made of already or that the reader lists; no code of theirs runs.
+What is not state (facts, functions) is taken from the new object, where it lies at the same place.
 """
 
 from collections import Counter, deque

@@ -176,7 +176,9 @@ def test_a_cell_is_found_by_name_by_path_and_as_that_of_a_scene(tmp_path):
 
 
 def test_an_unknown_cell_lists_the_known(tmp_path):
-    with pytest.raises(ConfigError, match=r"'tabel'.*did you mean 'table'\? known: .*cell, empty"):
+    with pytest.raises(
+        ConfigError, match=r"'tabel'.*did you mean 'table'\? known: .*cell, .*empty"
+    ):
         find_cell("tabel")
     with pytest.raises(ConfigError, match="no file"):
         find_cell(str(tmp_path / "none.toml"))

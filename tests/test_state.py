@@ -1,7 +1,7 @@
 """The brain's state: taken, put back, written and read, to the last bit."""
 
 from collections import Counter, deque
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import msgspec
@@ -35,10 +35,14 @@ BALL = AddObstacle("ball", {"kind": "sphere", "radius_m": 0.08}, (0.5, 0.5, 0.5)
 @pytest.fixture(scope="module")
 def engine():
     engine = build_engine(CELL, ManualClock())
+    k, skin = engine.skin.index("ring2-03"), engine.skin
+    T = engine.step().T_base_link[skin.link[k]]
+    seen = T[:3, :3] @ (skin.origin[k] + 0.4 * skin.axis[k]) + T[:3, 3]
+    engine.post(replace(BALL, position=tuple(seen.tolist())))
+    step(engine, 0.3)
     engine.post(LearnBackground(0.3))
     step(engine, 0.5)
     engine.post(KeepBackground())
-    engine.post(BALL)
     step(engine, 0.3)
     return engine
 

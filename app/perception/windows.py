@@ -91,12 +91,13 @@ class DirtyWindows:
     def __init__(self, skin: Skin) -> None:
         width = np.array([max(s.type.pitch) for s in skin.sensors])
         self._images = Images(skin.first, skin.grid, width, width <= FINE)
-        self._asked, self._none = np.zeros((2, skin.slots), dtype=bool)
+        self._none = np.zeros(skin.slots, dtype=bool)
         self.reset()
 
     def reset(self) -> None:
         """All windows are clean, and nothing has been seen."""
         S, K = len(self._none), len(self._images.grid)
+        self._asked = np.zeros(S, dtype=bool)
         self._windows = Windows(
             times=np.zeros(S, dtype=np.int64), place=np.zeros((S, 3)), begin=np.zeros((S, 3)),
             rode=np.zeros((S, 3)), doubted=np.zeros(S, dtype=bool), signs=np.zeros(K),
