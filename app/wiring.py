@@ -1,6 +1,6 @@
 """Facts into an engine: brain and plant put together. Decides nothing else."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,11 +38,18 @@ from app.world.cells import find_cell, is_scene, read_cell
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
+# A study's own perception of the world, whose bodies of these names belong to the known cell.
+Perceive = Callable[[Robot, Skin, World, Collection[str]], Perceiver]
 PICTURE = 1.0 / 60.0  # [s] a page shows no more of the world than this
 
 
-def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> Engine:
-    """A ready engine, not yet started; raises a FlinchError before anything has begun."""
+def build_engine(
+    setup: Setup, clock: Clock, params: Params | None = None, perceive: Perceive | None = None
+) -> Engine:
+    """A ready engine, not yet started; raises a FlinchError before anything has begun.
+
+    perceive: makes a study's own perception of a simulated world.
+    """
     robot = build_robot(setup)
     skin = choose_skin(setup, robot)
     programs = shipped_programs()
@@ -69,6 +76,8 @@ def build_engine(setup: Setup, clock: Clock, params: Params | None = None) -> En
                 begin=Mode.RUNNING if simulated else Mode.HOLDING,
                 scene=scene.title if world is not None else real_title(setup),
                 look_every=PICTURE if setup.apart else 0.0,
+                perception=perceive(robot, skin, world, [b.name for b in cell.boxes])
+                if perceive and world is not None else None,
             ),
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):

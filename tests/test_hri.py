@@ -1,23 +1,14 @@
-"""The paper's trials beside a person: conditions, rows, comparisons, and a trial of a moment."""
+"""The paper's trials beside a person: rows, comparisons, and a trial of a moment."""
 
 import numpy as np
 import pytest
 
 from app.cli import main
 from app.control.programs import find_program, load_program
-from app.errors import ConfigError
-from app.studies.hri import (
-    PAPER,
-    PROGRAM,
-    HriSpec,
-    HriStudy,
-    HriTrial,
-    condition_of,
-    difference,
-    hri,
-    run_hri,
-    told,
-)
+from app.studies.experiment import run_spec
+from app.studies.experiments.hri import PAPER, PROGRAM, difference, told
+from app.studies.study import Study, locally, run_study, tell
+from app.studies.trial import TrialResult, TrialSpec
 from app.studies.trial_log import TrialLog
 from app.world.scene import find_scene, load_scene
 
@@ -31,29 +22,22 @@ FIGURES = {
 
 def trial(mode, seed, mean, **more):
     figures = FIGURES | {"paper_mean_m": mean, "true_mean_m": mean + 0.01} | more
-    return HriTrial(seed, mode, figures)
-
-
-def test_conditions_are_controllers_and_sides_and_an_unknown_one_lists_them():
-    assert condition_of("SR") == ("sm", "right") and condition_of("WBL") == ("wb", "left")
-    assert condition_of("paperL") == ("paper", "left") and condition_of("QP alone") == ("qp", "")
-    with pytest.raises(ConfigError, match=r"no condition 'WLB'; .*known: QP alone, QPL"):
-        condition_of("WLB")
+    return TrialResult(seed, mode, figures)
 
 
 def test_every_trial_is_wanted_once_and_each_controller_alone_once():
-    study = HriStudy(("SR", "WBL", "WBR"), trials=2, seed=5)
-    assert study.wanted()[:2] == [(5, "S alone"), (5, "WB alone")]
-    assert len(study.wanted()) == 2 + 6 == len(set(study.wanted()))
-    parts = [HriStudy(("SR", "WBL", "WBR"), 2, seed=5, shard=f"{i}/3").wanted() for i in (1, 2, 3)]
-    assert sorted(x for p in parts for x in p) == sorted(study.wanted())
+    study = Study("hri", ("SR", "WBL", "WBR-memory"), trials=2, seed=5)
+    specs = study.specs()
+    assert [s.condition for s in specs[:2]] == ["S alone", "WB alone"]
+    assert len(specs) == 2 + 6 == len(set(specs)) and {s.seed for s in specs} == {5, 6}
+    assert all(s.seconds == 60.0 for s in specs)
 
 
 def test_conditions_are_compared_seed_by_seed_beside_the_paper():
     means = {"SR": 0.28, "SL": 0.17, "WBR": 0.29, "WBL": 0.27}
     trials = [trial(m, s, d + 0.1 * s) for m, d in means.items() for s in range(4)]
     trials.append(trial("WB alone", 0, 0.9, waypoints_per_min=12.0))
-    report = told(trials, 0)
+    report = told(trials)
     rows = {r["name"]: r for r in report.rows}
     assert rows["SR"]["paper_dbar_m"] == PAPER["SR"][0] and rows["SR"]["trials"] == 4
     assert rows["SR"]["dbar_m"] == pytest.approx(0.43)
@@ -67,31 +51,33 @@ def test_conditions_are_compared_seed_by_seed_beside_the_paper():
     assert all(c.ok for c in report.checks)
     worse = told([t for t in trials if t.mode in ("SL", "SR")] + [
         trial(m, s, 0.16 + 0.1 * s) for m in ("WBL", "WBR") for s in range(4)
-    ], 0)  # fmt: skip
-    assert [c.ok for c in worse.checks] == [False, False, False] * 2 + [True]
+    ])  # fmt: skip
+    assert [c.ok for c in worse.checks] == [False, False, False] * 2
     assert difference([trial("a", 9, 1.0), trial("a", 1, 2.0)], [trial("b", 1, 1.5)],
                       "paper_mean_m")["mean"] == pytest.approx(0.5)  # fmt: skip
 
 
 def test_a_trial_that_dies_is_told_and_fails_a_check():
-    dead = run_hri(HriSpec("nobody", 1, 0.1))
+    dead = run_spec(TrialSpec("hri", "nobody", 1, 0.1))
     assert "no condition 'nobody'" in dead.fault
-    report = told([dead], 0)
+    report = tell(Study("hri"), [dead])
     assert report.rows[0]["name"] == "fault nobody seed 1" and not report.checks[-1].ok
 
 
 def test_a_moment_of_a_trial_has_every_figure_and_is_the_same_again(tmp_path):
-    log = tmp_path / "hri.jsonl"
-    study = HriStudy(("WBR",), trials=1, seconds=1.0, seed=3, log=log)
-    report = hri(study)
+    log = tmp_path / "trials.jsonl"
+    study = Study("hri", ("WBR",), trials=1, seconds=1.0, seed=3)
+    results = run_study(study, locally(), log)
     assert len(log.read_text().splitlines()) == 2  # with the controller alone
-    assert repr(hri(study).rows) == repr(report.rows)  # nothing is run again
-    row = next(r for r in report.rows if r["name"] == "WBR")
+    again = run_study(study, None, log)  # nothing is run again, nobody could
+    assert repr(again) == repr(results)
+    row = next(r for r in tell(study, results).rows if r["name"] == "WBR")
     assert row["true_least_m"] > 0.0 and 0.0 <= row["below_kept"] <= 1.0
     assert row["jerk_rms"] > 0.0 and np.isfinite(row["path_error_m"])
-    first = TrialLog(log, {"seconds": 1.0, "rate": 125.0, "world": "honest"}, HriTrial)
-    again = run_hri(HriSpec("WBR", 3, 1.0))
-    assert repr(first.done[3, "WBR"]) == repr(again) and not again.fault
+    first = TrialLog(log, study.settings, TrialResult)
+    assert repr(first.done[3, "WBR"]) == repr(run_spec(study.specs()[1]))
+    course = results[1].course
+    assert len({len(values) for values in course.values()}) == 1 and len(course["true_m"]) == 14
 
 
 @pytest.mark.parametrize("side", ["left", "right"])
@@ -110,7 +96,7 @@ def test_the_two_cells_are_mirrors_but_for_the_arm(side):
     assert screws.mean() == pytest.approx(middle)
 
 
-@pytest.mark.parametrize("wrong", ["--trials=0", "--jobs=0", "--seconds=0.5", "--conditions=XL"])
+@pytest.mark.parametrize("wrong", ["--trials=0", "--jobs=0", "--seconds=0", "--conditions=XL"])
 def test_numbers_and_names_that_make_no_study_are_refused_before_it(wrong, capsys):
     assert main(["experiment", "hri", wrong]) == 1
     err = capsys.readouterr().err

@@ -31,6 +31,8 @@ class Notes:
     activation: list[float] = field(default_factory=list)
     paper: list[float] = field(default_factory=list)
     away: list[float] = field(default_factory=list)
+    looked: list[float] = field(default_factory=list)
+    acts: list[float] = field(default_factory=list)  # activation, when looked
     true_then: list[float] = field(default_factory=list)  # when looked
     reached: int = 0
     stops: int = 0
@@ -79,6 +81,8 @@ class Encounter:
         n.activation.append(s.command.activation)
         if s.stamp >= self._looked + LOOKED_EVERY:
             self._looked = s.stamp
+            n.looked.append(s.stamp)
+            n.acts.append(s.command.activation)
             n.paper.append(self._clouds.measure(s.T_base_link, s.cloud.kept()))
             n.true_then.append(nearest.distance)
             n.away.append(self._away(nearest, T, s))
@@ -95,6 +99,14 @@ class Encounter:
         if at is None or not len(points):
             return np.inf
         return float(np.linalg.norm(points - at, axis=1).min())
+
+    def course(self) -> dict[str, list[float]]:
+        """What is drawn over time, as often as clouds are compared: to a tenth of a millimetre."""
+        n = self.notes
+        columns = {
+            "stamp_s": n.looked, "paper_m": n.paper, "true_m": n.true_then, "activation": n.acts,
+        }  # fmt: skip
+        return {name: np.round(values, 4).tolist() for name, values in columns.items()}
 
     def figures(self, kept: float, rate: float) -> dict[str, Any]:
         """All figures of the run; kept: [m] the distance to keep.   rate: [Hz] of ticks."""

@@ -7,12 +7,12 @@ import tyro
 
 from app.cli.experiments.faults import Faults
 from app.cli.experiments.frontier import Frontier
-from app.cli.experiments.hri import Hri
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.panels import Panels
 from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
 from app.cli.experiments.tradeoff import Tradeoff
+from app.cli.experiments.trials import Hri
 from app.cli.experiments.worlds import Worlds
 
 

@@ -1,0 +1,99 @@
+"""A trial as it is run: an engine built from names, watched by judges, stepped to its end."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from app.config import Params
+from app.judge.encounter import Encounter
+from app.messages import Snapshot
+from app.plant.simulated import SimulatedPlant
+from app.runtime import Engine
+from app.sensing.source import Source
+from app.setup import Setup
+from app.studies.conditions import Condition
+from app.studies.faulty_skin import FaultySkin
+from app.studies.headless import step_until
+from app.studies.oracle import TruePerception
+from app.studies.trial import TrialResult, TrialSpec
+from app.timing import ManualClock
+from app.wiring import build_engine
+
+FAILS_AT = 0.5  # [s]
+
+
+class Watcher(Protocol):
+    """Whatever an experiment looks at beside the figures that all have."""
+
+    def update(self, s: Snapshot) -> None: ...
+    def figures(self) -> dict[str, Any]: ...
+    def marks(self) -> list[list[Any]]: ...
+
+
+class Case(NamedTuple):
+    """What a trial needs.
+
+    watch: makes the experiment's own watcher of the engine, before its first tick; it may act.
+    """
+
+    setup: Setup
+    params: Params
+    watch: Callable[[Engine], Watcher] | None = None
+
+
+def setup_of(spec: TrialSpec, c: Condition, scene: str, **more: Any) -> Setup:
+    """The setup of a trial in a scene, in the condition's world and skin."""
+    return Setup(
+        scene=scene, seed=spec.seed, rate=spec.rate, world=c.budget(spec.world),
+        skin=c.skin or spec.skin, **more,
+    )  # fmt: skip
+
+
+def run_case(spec: TrialSpec, c: Condition, case: Case) -> TrialResult:
+    """The trial from beginning to end."""
+    engine = build_case(case, c)
+    try:
+        watch = Encounter(engine)
+        own = case.watch(engine) if case.watch else None
+        fail = _failing(engine, c, spec.seed) if c.fault else None
+    except BaseException:
+        engine.close()
+        raise
+
+    def look(s: Snapshot) -> None:
+        if fail is not None and s.stamp >= FAILS_AT:
+            fail()
+        watch.update(s)
+        if own is not None:
+            own.update(s)
+
+    step_until(engine, spec.seconds, look)
+    figures = watch.figures(case.params.distance_kept, spec.rate)
+    if c.oracle:
+        del figures["seen_share"]  # it has no cloud
+    marks = []
+    if own is not None:
+        figures |= own.figures()
+        marks = own.marks()
+    return TrialResult(spec.seed, spec.condition, figures, watch.course(), marks)
+
+
+def build_case(case: Case, c: Condition) -> Engine:
+    """The engine of a trial, not yet stepped."""
+    perceive = TruePerception if c.oracle else None
+    return build_engine(case.setup, ManualClock(), case.params, perceive)
+
+
+def _failing(engine: Engine, c: Condition, seed: int) -> Callable[[], None]:
+    """Lets sensors fail, the same ones and more of them for each number."""
+    assert isinstance(engine.plant, SimulatedPlant)
+    chosen = np.random.default_rng([seed, 6]).permutation(engine.skin.count)[: c.failing]
+    eyes: list[FaultySkin] = []
+
+    def spoil(source: Source) -> FaultySkin:
+        eyes.append(FaultySkin(source, engine.skin, c.fault, seed))
+        return eyes[-1]
+
+    engine.plant.listen_through(spoil)
+    return lambda: eyes[0].fail(chosen.tolist())

@@ -1,0 +1,124 @@
+"""Conditions: which controller, on which side, with what changed; by a name that can be typed.
+
+    WB  WBL  QPR-memory  QPL+dead:3  oracleL  QP alone  QPL+set:distance_kept=0.2
+
+A controller, a side where the experiment has sides, then what is left out (-) or added (+).
+"""
+
+import re
+from dataclasses import dataclass, replace
+from typing import Any
+
+from app.config import Params, change, tunables
+from app.control.registry import kind_of, kinds
+from app.errors import ConfigError, options
+from app.sensing.budget import read_budget
+from app.studies.faulty_skin import KINDS
+
+ORACLE = "oracle"  # the default controller that perceives the truth
+SHORT = {"S": "sm", "WB": "wb", "QP": "qp"}  # the paper's names, and ours
+SIDES = {"R": "right", "L": "left"}
+ALONE = " alone"
+CALIBRATED = "mounting=0.35"  # of 2 mm and 0.5 degrees: what a calibration leaves
+# what its sensors say is nothing to the oracle, as long as they speak; the arm stays as it is
+TOLD = "ideal,encoders=1,kinematics=1,body=1,mounting=1"
+LEFT_OUT = {"memory": {"memory": False}, "speed": {"obstacle_speed": False}}
+ADDED = ("calibrated", "set:NAME=VALUE", "skin:LAYOUT", "world:PART=STRENGTH")
+
+
+@dataclass(frozen=True)
+class Condition:
+    """A condition, taken apart.
+
+    mode:  the controller's name.   side: 'right', 'left' or '' where there is none.
+    alone: nobody is there: what the others are compared with.
+    oracle: the truth is perceived.
+    changes: settings by name.   world: parts of the error budget, added to the trial's.
+    fault, failing: kind of fault (`app.studies.faulty_skin`), and of how many sensors.
+    skin: another layout.
+    """
+
+    name: str
+    mode: str
+    side: str = ""
+    alone: bool = False
+    oracle: bool = False
+    changes: tuple[tuple[str, Any], ...] = ()
+    world: tuple[str, ...] = ()
+    fault: str = ""
+    failing: int = 0
+    skin: str = ""
+
+    def params(self) -> Params:
+        """Each controller as it is meant to be run: the paper's have no memory; then changed."""
+        usual = Params(mode=self.mode, memory=kind_of(self.mode).memory[0])
+        return change(usual, dict(self.changes))
+
+    def budget(self, world: str) -> str:
+        """The error budget of a trial in `world`."""
+        if self.oracle and world.partition(",")[0] != "ideal":
+            world = TOLD
+        return ",".join((world, *self.world))
+
+
+def read_condition(text: str, sides: bool = True) -> Condition:
+    """The condition of a name; ConfigError for one that there is not.
+
+    sides: does the experiment have a left and a right?
+    """
+    plain, alone = text.removesuffix(ALONE), text.endswith(ALONE)
+    name, *changes = re.split(r"(?=[+-])", plain)
+    who, side = _controller(name, text, sides and not alone)
+    condition = Condition(text, who, side, alone, oracle=name.startswith(ORACLE))
+    for word in changes:
+        condition = _changed(condition, word)
+    condition.params(), read_budget(condition.budget("honest"))
+    return condition
+
+
+def _controller(name: str, text: str, sides: bool) -> tuple[str, str]:
+    known = {**{n: n for n in kinds()}, **SHORT, ORACLE: Params().mode}
+    for hidden in SHORT.values():
+        known.pop(hidden, None)  # one name each
+    if sides:
+        known_sides = {
+            n + s: (mode, side) for n, mode in known.items() for s, side in SIDES.items()
+        }
+    else:
+        known_sides = {n: (mode, "") for n, mode in known.items()}
+    if name not in known_sides:
+        raise ConfigError(f"no condition {text!r}; {options(name, known_sides)}")
+    return known_sides[name]
+
+
+def _changed(c: Condition, word: str) -> Condition:
+    """`c` with what one word leaves out or adds."""
+    sign, (what, _, value) = word[0], word[1:].partition(":")
+    if sign == "-" and what in LEFT_OUT:
+        return replace(c, changes=(*c.changes, *LEFT_OUT[what].items()))
+    if sign == "-":
+        raise ConfigError(f"condition {c.name!r}: nothing to leave out; {options(what, LEFT_OUT)}")
+    if what == "calibrated" and not value:
+        return replace(c, world=(*c.world, CALIBRATED))
+    if what == "set":
+        key, _, given = value.partition("=")
+        return replace(c, changes=(*c.changes, (key, _setting(key, given))))
+    if what == "skin" and value:
+        return replace(c, skin=value)
+    if what == "world" and value:
+        return replace(c, world=(*c.world, value))
+    if what in KINDS and value.isdecimal() and int(value) > 0:
+        return replace(c, fault=what, failing=int(value))
+    known = [*ADDED, *(f"{kind}:SENSORS" for kind in KINDS)]
+    raise ConfigError(f"condition {c.name!r}: {word!r}; {options(what, known)}")
+
+
+def _setting(key: str, text: str) -> Any:
+    """The value of a setting from its text; what is wrong with it is said by `change`."""
+    kind = next((t.kind for t in tunables() if t.name == key), str)
+    if kind is bool:
+        return {"true": True, "false": False}.get(text, text)
+    try:
+        return float(text) if kind is float else text
+    except ValueError:
+        return text
