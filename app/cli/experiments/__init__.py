@@ -7,6 +7,7 @@ import tyro
 
 from app.cli.experiments.faults import Faults
 from app.cli.experiments.frontier import Frontier
+from app.cli.experiments.matrix import Matrix
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.panels import Panels
 from app.cli.experiments.phantoms import Phantoms
@@ -26,6 +27,7 @@ class Experiment:
         | Annotated[Faults, tyro.conf.subcommand("faults", prefix_name=False)]
         | Annotated[Panels, tyro.conf.subcommand("panels", prefix_name=False)]
         | Annotated[Hri, tyro.conf.subcommand("hri", prefix_name=False)]
+        | Annotated[Matrix, tyro.conf.subcommand("matrix", prefix_name=False)]
         | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
         | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]
