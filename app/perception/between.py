@@ -131,5 +131,6 @@ def _meets(cell: StaticFilter, begin: Array, rays: Array, reach: Array) -> NDArr
     steps = np.arange(1, int(np.ceil(reach.max() / STEP)) + 1) * STEP
     steps = np.minimum(steps, reach[:, None])  # none goes farther than its own
     along = begin[:, None] + steps[..., None] * rays[:, None]
-    met: NDArray[np.bool_] = cell.inside(along.reshape(-1, 3)).reshape(steps.shape).any(axis=1)
+    inside = cell.inside(along.reshape(-1, 3)).reshape(steps.shape)
+    met: NDArray[np.bool_] = np.any(inside, axis=1)
     return met
