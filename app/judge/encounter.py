@@ -91,13 +91,12 @@ class Encounter:
         """[m] from the point of the world that is truly nearest to the nearest perceived one."""
         if not nearest.distance < metrics.NEAR:
             return np.inf
-        body = [b for b in s.world if b.view.name == nearest.body]
-        within = max(nearest.distance, 0.0) + 1e-6
-        pairs = self._truth.near_pairs(T, self._shapes, body, within)
-        at = next((p.on_body for p in pairs if p.link == nearest.link), None)
         points = np.concatenate([s.cloud.kept(), s.memory])
-        if at is None or not len(points):
+        if not len(points):
             return np.inf
+        link, body = nearest.link, nearest.body
+        T_body = next(b.T_base_body for b in s.world if b.view.name == body)
+        at = self._truth.closest(link, T[link], body, self._shapes[body], T_body).on_body
         return float(np.linalg.norm(points - at, axis=1).min())
 
     def course(self) -> dict[str, list[float]]:

@@ -196,6 +196,14 @@ def spread(known: Known, k: int, distance: float, speed: float) -> float:
     return float(min(1.0 + known.sigmas[1] * angle / known.half[k], WIDEST))
 
 
+@compiled
+def spreads_of_standing(known: Known, k: int, distance: Array, out: Array) -> None:
+    """Write the `spread` (n,) of zones of sensor k that see what stands still at these
+    distances (n,) [m]."""
+    for i in range(len(distance)):
+        out[i] = spread(known, k, distance[i], 0.0)
+
+
 def views_aside(skin: Skin) -> Array:
     """(K,) [rad] from a zone's middle to the farthest that it may look: half its diagonal, and as
     much as its mounting is in doubt."""
