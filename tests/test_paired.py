@@ -48,9 +48,9 @@ def test_what_is_compared_follows_from_the_names():
         ("WBL", "SL"), ("QPL", "WBL"), ("QPL-memory", "QPL"), ("QPL+dead:3", "QPL"),
         ("oracleL", "QPL"),
     ]  # fmt: skip
-    assert compared(["QP-memory@box", "WB-memory@box", "QP@shelf"]) == [
-        ("QP-memory@box", "WB-memory@box")
-    ]
+    assert compared(["QP-memory@a-b", "WB-memory@a-b", "QP@a-b", "QP@a"]) == [
+        ("QP-memory@a-b", "WB-memory@a-b"), ("QP-memory@a-b", "QP@a-b"),
+    ]  # fmt: skip
 
 
 def test_a_figure_that_one_of_both_never_has_is_not_compared():

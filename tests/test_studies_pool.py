@@ -7,7 +7,6 @@ import pytest
 from app.cli import main
 from app.errors import ConfigError
 from app.studies.bootstrap import bootstrap
-from app.studies.panels import compared
 from app.studies.pool import each, shard_of
 from app.studies.random_worlds import random_worlds, split
 from app.studies.trial_log import Trial
@@ -73,21 +72,6 @@ def test_an_interval_holds_its_mean_and_is_narrow_where_all_agree():
     assert wide.high == pytest.approx(1.96 / 20.0, rel=0.1)
 
 
-def test_before_the_panels_both_controllers_are_compared_seed_by_seed():
-    found = [
-        {"scene": "front-panel", "mode": mode, "seed": i, "steady_m": d, "least_m": d - 0.1}
-        for mode, distances in (("wb", (0.30, 0.40)), ("sm", (0.15, 0.25)))
-        for i, d in enumerate(distances)
-    ]
-    rows, check = compared("front-panel", found)
-    assert [r["name"] for r in rows] == [f"front-panel {x}" for x in ("wb", "sm", "wb - sm")]
-    assert rows[0]["steady_m"] == pytest.approx(0.35) and rows[0]["low_m"] < rows[0]["high_m"]
-    # the seeds differ by far more than the controllers do in each of them
-    assert rows[2]["low_m"] == pytest.approx(0.15) and rows[2]["high_m"] == pytest.approx(0.15)
-    assert check.ok and check.value == pytest.approx(0.15)
-
-
-@pytest.mark.parametrize(("what", "wrong"), [("worlds", "--jobs"), ("panels", "--seeds")])
-def test_numbers_that_make_no_study_are_refused_before_it(what, wrong, capsys):
-    assert main(["experiment", what, wrong, "0"]) == 1
+def test_numbers_that_make_no_study_are_refused_before_it(capsys):
+    assert main(["experiment", "worlds", "--jobs", "0"]) == 1
     assert "must be positive" in capsys.readouterr().err

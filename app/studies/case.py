@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from app.config import Params
-from app.judge.encounter import Encounter
+from app.judge.encounter import Encounter, Notes
 from app.messages import Snapshot
 from app.plant.simulated import SimulatedPlant
 from app.runtime import Engine
@@ -19,6 +19,7 @@ from app.studies.oracle import TruePerception
 from app.studies.trial import TrialResult, TrialSpec
 from app.timing import ManualClock
 from app.wiring import build_engine
+from app.world.scene import Scene
 
 FAILS_AT = 0.5  # [s]
 
@@ -35,11 +36,14 @@ class Case(NamedTuple):
     """What a trial needs.
 
     watch: makes the experiment's own watcher of the engine, before its first tick; it may act.
+    scene: instead of the setup's file.   more: figures from what was noted of the trial.
     """
 
     setup: Setup
     params: Params
     watch: Callable[[Engine], Watcher] | None = None
+    scene: Scene | None = None
+    more: Callable[[Notes], dict[str, Any]] | None = None
 
 
 def setup_of(spec: TrialSpec, c: Condition, scene: str, **more: Any) -> Setup:
@@ -72,6 +76,8 @@ def run_case(spec: TrialSpec, c: Condition, case: Case) -> TrialResult:
     figures = watch.figures(case.params.distance_kept, spec.rate)
     if c.oracle:
         del figures["seen_share"]  # it has no cloud
+    if case.more is not None:
+        figures |= case.more(watch.notes)
     marks = []
     if own is not None:
         figures |= own.figures()
@@ -82,7 +88,7 @@ def run_case(spec: TrialSpec, c: Condition, case: Case) -> TrialResult:
 def build_case(case: Case, c: Condition) -> Engine:
     """The engine of a trial, not yet stepped."""
     perceive = TruePerception if c.oracle else None
-    return build_engine(case.setup, ManualClock(), case.params, perceive)
+    return build_engine(case.setup, ManualClock(), case.params, perceive, case.scene)
 
 
 def _failing(engine: Engine, c: Condition, seed: int) -> Callable[[], None]:

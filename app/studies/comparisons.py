@@ -21,7 +21,8 @@ def compared(conditions: Sequence[str]) -> list[tuple[str, str]]:
         for who, other in BESIDE:
             if name.startswith(who) and (beside := other + name[len(who) :]) in names:
                 found.append((name, beside))
-        plain = re.sub(r"[+-][^@]*", "", name)
+        controller, at, variant = name.partition("@")
+        plain = re.split("[+-]", controller)[0] + at + variant
         if plain != name and plain in names:
             found.append((name, plain))
     return found

@@ -2,10 +2,12 @@
 
     WB  WBL  QPR-memory  QPL+dead:3  oracleL  QP alone  QPL+set:distance_kept=0.2
 
-A controller, a side where the experiment has sides, then what is left out (-) or added (+).
+A controller, a side where the experiment has sides, then what is left out (-) or added (+), and
+the variant where the experiment has variants, as in QP-memory@1.0.
 """
 
 import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -19,6 +21,7 @@ ORACLE = "oracle"  # the default controller that perceives the truth
 SHORT = {"S": "sm", "WB": "wb", "QP": "qp"}  # the paper's names, and ours
 SIDES = {"R": "right", "L": "left"}
 ALONE = " alone"
+AT = "@"  # before a variant
 CALIBRATED = "mounting=0.35"  # of 2 mm and 0.5 degrees: what a calibration leaves
 # what its sensors say is nothing to the oracle, as long as they speak; the arm stays as it is
 TOLD = "ideal,encoders=1,kinematics=1,body=1,mounting=1"
@@ -35,7 +38,7 @@ class Condition:
     oracle: the truth is perceived.
     changes: settings by name.   world: parts of the error budget, added to the trial's.
     fault, failing: kind of fault (`app.studies.faulty_skin`), and of how many sensors.
-    skin: another layout.
+    skin: another layout.   variant: of the experiment, '' where it has none.
     """
 
     name: str
@@ -48,6 +51,7 @@ class Condition:
     fault: str = ""
     failing: int = 0
     skin: str = ""
+    variant: str = ""
 
     def params(self) -> Params:
         """Each controller as it is meant to be run: the paper's have no memory; then changed."""
@@ -61,19 +65,40 @@ class Condition:
         return ",".join((world, *self.world))
 
 
-def read_condition(text: str, sides: bool = True) -> Condition:
+def read_condition(
+    text: str, sides: bool = True, variants: Sequence[str] = (),
+    other: Callable[[str], object] | None = None,
+) -> Condition:  # fmt: skip
     """The condition of a name; ConfigError for one that there is not.
 
-    sides: does the experiment have a left and a right?
+    sides: does the experiment have a left and a right?   variants: those that it has.
+    other: raises ConfigError for a variant that is none; None: there are no other ones.
     """
-    plain, alone = text.removesuffix(ALONE), text.endswith(ALONE)
+    plain, _, variant = text.partition(AT)
+    if variant not in variants:
+        _check_variant(text, variant, variants, other)
+    plain, alone = plain.removesuffix(ALONE), plain.endswith(ALONE)
     name, *changes = re.split(r"(?=[+-])", plain)
     who, side = _controller(name, text, sides and not alone)
-    condition = Condition(text, who, side, alone, oracle=name.startswith(ORACLE))
+    oracle = name.startswith(ORACLE)
+    condition = Condition(text, who, side, alone, oracle, variant=variant)
     for word in changes:
         condition = _changed(condition, word)
     condition.params(), read_budget(condition.budget("honest"))
     return condition
+
+
+def _check_variant(
+    text: str, variant: str, variants: Sequence[str], other: Callable[[str], object] | None
+) -> None:
+    """ConfigError for a variant that is not among the named ones, unless `other` knows it."""
+    if other is not None and variant:
+        other(variant)
+    elif variants:
+        known = options(variant, variants)
+        raise ConfigError(f"no condition {text!r}; after the controller give {AT}VARIANT; {known}")
+    elif variant:
+        raise ConfigError(f"no condition {text!r}: the experiment has no variants; leave {AT} out")
 
 
 def _controller(name: str, text: str, sides: bool) -> tuple[str, str]:

@@ -16,6 +16,7 @@ from app.studies.case import Case, setup_of
 from app.studies.comparisons import comparison_rows
 from app.studies.conditions import ALONE, Condition
 from app.studies.experiment import Experiment, Told, register
+from app.studies.rows import grouped, row_of
 from app.studies.trial import TrialResult, TrialSpec
 
 PAPER = {"SR": (0.281, 0.135), "SL": (0.169, 0.100), "WBR": (0.279, 0.097), "WBL": (0.295, 0.214)}
@@ -23,10 +24,7 @@ DEFAULT = ("SR", "SL", "WBR", "WBL", "QPR", "QPL")
 PROGRAM = "car-door"
 FARTHER = 0.05  # [m] WBL - SL, at least
 AS_FAR = 0.10  # share of SR by which WBR may differ
-SUMMED = ("contacts", "stops")
-WORST = ("true_least_m", "cell_least_m")
 COMPARED = ("paper_mean_m", "true_mean_m", "true_least_m", "waypoints_per_min")
-LEFT_OUT = ("nearest_link", "reactions")
 
 
 def case(spec: TrialSpec, c: Condition) -> Case:
@@ -50,10 +48,9 @@ def _alone(condition: str) -> str:
 
 def told(good: Sequence[TrialResult]) -> Told:
     """A row for each condition, beside the paper's, and conditions compared seed by seed."""
-    names = list(dict.fromkeys(t.mode for t in good))
+    of = grouped(good)
     work = {t.mode: t.figures["waypoints_per_min"] for t in good if t.mode.endswith(ALONE)}
-    of = {n: sorted((t for t in good if t.mode == n), key=lambda t: t.seed) for n in names}
-    rows = [row(n, of[n], work.get(_alone(n))) for n in names]
+    rows = [row(n, of[n], work.get(_alone(n))) for n in of]
     found = {r["name"]: r for r in comparison_rows(good, COMPARED)}
     checks = []
     for key in COMPARED[:2]:
@@ -80,15 +77,7 @@ def row(name: str, trials: Sequence[TrialResult], alone: float | None) -> dict[s
     true = bootstrap([f["true_mean_m"] for f in figures])
     out["true_dbar_m"], out["true_low_m"], out["true_high_m"] = true
     out["true_sigma_max_m"] = max(f["true_std_m"] for f in figures)
-    for key in figures[0]:
-        if key in LEFT_OUT or key.endswith(("_mean_m", "_std_m")):
-            continue
-        values = np.array([f[key] for f in figures], dtype=np.float64)
-        known = values[np.isfinite(values)]
-        if key in SUMMED:
-            out[key] = int(values.sum())
-        elif len(known):
-            out[key] = float(known.min() if key in WORST else known.mean())
+    out |= row_of(name, trials, left_out="_mean_m _std_m")
     if alone:
         out["work"] = out["waypoints_per_min"] / alone
     if any(figures[0]["nearest_link"]):
