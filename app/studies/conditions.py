@@ -22,6 +22,7 @@ SHORT = {"S": "sm", "WB": "wb", "QP": "qp"}  # the paper's names, and ours
 SIDES = {"R": "right", "L": "left"}
 ALONE = " alone"
 AT = "@"  # before a variant
+HAND = "hand"  # that lies on windows from the start: what is added like a fault, and is none
 CALIBRATED = "mounting=0.35"  # of 2 mm and 0.5 degrees: what a calibration leaves
 # what its sensors say is nothing to the oracle, as long as they speak; the arm stays as it is
 TOLD = "ideal,encoders=1,kinematics=1,body=1,mounting=1"
@@ -37,7 +38,7 @@ class Condition:
     alone: nobody is there: what the others are compared with.
     oracle: the truth is perceived.
     changes: settings by name.   world: parts of the error budget, added to the trial's.
-    fault, failing: kind of fault (`app.studies.faulty_skin`), and of how many sensors.
+    fault, failing: kind of fault (`app.studies.faulty_skin`) or `HAND`, and of how many sensors.
     skin: another layout.   variant: of the experiment, '' where it has none.
     """
 
@@ -132,9 +133,9 @@ def _changed(c: Condition, word: str) -> Condition:
         return replace(c, skin=value)
     if what == "world" and value:
         return replace(c, world=(*c.world, value))
-    if what in KINDS and value.isdecimal() and int(value) > 0:
+    if what in (*KINDS, HAND) and value.isdecimal() and int(value) > 0:
         return replace(c, fault=what, failing=int(value))
-    known = [*ADDED, *(f"{kind}:SENSORS" for kind in KINDS)]
+    known = [*ADDED, *(f"{kind}:SENSORS" for kind in (*KINDS, HAND))]
     raise ConfigError(f"condition {c.name!r}: {word!r}; {options(what, known)}")
 
 

@@ -17,3 +17,17 @@ class SidePanel(Trials):
     """Hold a plate beside the forearm, left or right, and let the goal lie behind it."""
 
     experiment = "side-panel"
+
+
+@dataclass(frozen=True)
+class Approach(Trials):
+    """Let a person walk at the arm, and past it, at four speeds."""
+
+    experiment = "approach"
+
+
+@dataclass(frozen=True)
+class Faults(Trials):
+    """Let sensors fail, in every way and number, and say what the arm ran into and what it cost."""
+
+    experiment = "faults"
