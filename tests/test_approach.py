@@ -40,11 +40,11 @@ def test_a_reaction_is_counted_from_where_the_controllers_avoidance_begins():
 def test_whatever_our_controller_runs_into_fails_its_check():
     figures = {"least_m": 0.1, "entered_s": np.nan, "true_least_m": 0.1, "nearest_link": {"": 1.0}}
     trials = [
-        TrialResult(seed, name, figures | {"moved_into": seed})
+        TrialResult(seed, name, figures | {"own_contacts": seed})
         for name in ("QP@1.0", "S@1.0") for seed in (0, 1)
     ]  # fmt: skip
     rows, checks = APPROACH.tell(trials)
-    assert [r["moved_into"] for r in rows[:2]] == [1, 1] and "entered_s" not in rows[0]
+    assert [r["own_contacts"] for r in rows[:2]] == [1, 1] and "entered_s" not in rows[0]
     assert [(c.name, c.ok) for c in checks] == [("QP@1.0: moved into", False)]
 
 

@@ -19,6 +19,7 @@ def test_a_condition_is_a_controller_a_side_and_what_is_changed():
     params = much.params()
     assert not params.memory and not params.obstacle_speed and params.distance_kept == 0.2
     assert (much.fault, much.failing, much.skin) == ("dead", 3, "forearm")
+    assert read_condition("QPL-memory+skin:forearm-rings+dead:3").skin == "forearm-rings"
 
 
 def test_the_oracle_is_told_the_truth_of_the_same_arm():

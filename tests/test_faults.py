@@ -68,7 +68,7 @@ def test_each_controllers_work_is_compared_with_its_own_without_the_fault():
     wanted = [s.condition for s in study.specs()]
     assert wanted[:3] == ["QP-memory@cell", "QP@front-panel", "QP@cell"] and len(wanted) == 6
     figures = {
-        "moved_into": 0, "contacts": 0, "own_mps": 0.0, "true_least_m": 0.1, "blind": 0.1,
+        "own_contacts": 0, "contacts": 0, "own_mps": 0.0, "true_least_m": 0.1, "blind": 0.1,
         "speed_rad_s": 0.1, "status": "running", "advice": "",
     }  # fmt: skip
     trials = [

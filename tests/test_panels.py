@@ -69,4 +69,4 @@ def test_a_moment_before_a_plate_has_its_figures(name, condition):
     assert not result.fault and 0.3 < result.figures["steady_m"] < 0.6
     told_of = experiment_of(name).tell([result])
     assert told_of.rows[0]["name"] == condition and told_of.checks == []
-    assert told_of.rows[0]["moved_into"] == 0 and told_of.rows[0]["goal_error_m"] > 0.1
+    assert told_of.rows[0]["own_contacts"] == 0 and told_of.rows[0]["goal_error_m"] > 0.1

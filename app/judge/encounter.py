@@ -139,7 +139,7 @@ class Encounter:
             "true_p5_m": low,
             "below_kept": metrics.share_below(true, kept),
             "contacts": metrics.contacts(true),
-            "moved_into": sum(c.moved_into for c in self._contacts.found),
+            "own_contacts": sum(c.moved_into for c in self._contacts.found),
             "own_mps": max((c.own for c in self._contacts.found), default=0.0),
             "cell_least_m": self._cell.least,
             "waypoints": n.reached,

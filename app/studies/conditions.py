@@ -79,7 +79,7 @@ def read_condition(
     if variant not in variants:
         _check_variant(text, variant, variants, other)
     plain, alone = plain.removesuffix(ALONE), plain.endswith(ALONE)
-    name, *changes = re.split(r"(?=[+-])", plain)
+    name, *changes = words_of(plain)
     who, side = _controller(name, text, sides and not alone)
     oracle = name.startswith(ORACLE)
     condition = Condition(text, who, side, alone, oracle, variant=variant)
@@ -87,6 +87,23 @@ def read_condition(
         condition = _changed(condition, word)
     condition.params(), read_budget(condition.budget("honest"))
     return condition
+
+
+def words_of(plain: str) -> list[str]:
+    """A controller with its side, then each change; after a colon a - belongs to the value, such
+    as a layout's name, so that what is left out comes before what is added."""
+    words: list[str] = []
+    for piece in re.split(r"(?=[+-])", plain):
+        if piece.startswith("-") and words and ":" in words[-1]:
+            words[-1] += piece
+        else:
+            words.append(piece)
+    return words
+
+
+def short(mode: str) -> str:
+    """What conditions call a controller."""
+    return next((name for name, of in SHORT.items() if of == mode), mode)
 
 
 def _check_variant(

@@ -8,7 +8,7 @@ import numpy as np
 from app.studies.bootstrap import bootstrap
 from app.studies.trial import TrialResult
 
-SUMMED = frozenset({"contacts", "stops", "moved_into"})
+SUMMED = frozenset({"contacts", "stops", "own_contacts"})
 WORST = frozenset({"true_least_m", "cell_least_m"})  # is the smallest
 MOST = frozenset({"own_mps"})
 TEXTS = frozenset({"nearest_link", "reactions"})  # no numbers, or none of which there is a mean

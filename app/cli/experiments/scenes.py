@@ -31,3 +31,12 @@ class Faults(Trials):
     """Let sensors fail, in every way and number, and say what the arm ran into and what it cost."""
 
     experiment = "faults"
+
+
+@dataclass(frozen=True)
+class Worlds(Trials):
+    """Run every controller in the same random worlds, and say why it touched what it touched.
+
+    A trial ends before its time with a touch."""
+
+    experiment = "worlds"

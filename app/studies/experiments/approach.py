@@ -59,7 +59,7 @@ def told(good: Sequence[TrialResult]) -> Told:
     """A row for each condition, their differences, and that our controller moves into nobody."""
     rows = [row_of(name, trials, FIRST) for name, trials in grouped(good).items()]
     into = [r for r in rows if r["name"].startswith("QP@")]
-    checks = [Check(f"{r['name']}: moved into", r["moved_into"], "", 0.0) for r in into]
+    checks = [Check(f"{r['name']}: moved into", r["own_contacts"], "", 0.0) for r in into]
     return Told([*rows, *comparison_rows(good, COMPARED)], checks)
 
 

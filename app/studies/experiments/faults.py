@@ -108,7 +108,7 @@ def row(t: TrialResult, whole_m: float) -> dict[str, Any]:
     c, f = read_condition(t.condition, False, (PANEL, CELL)), t.figures
     return {
         "name": t.condition, "scene": c.variant, "kind": c.fault or "none", "sensors": c.failing,
-        "seed": t.seed, "own_contacts": f["moved_into"], "contacts": f["contacts"],
+        "seed": t.seed, "own_contacts": f["own_contacts"], "contacts": f["contacts"],
         "own_mps": f["own_mps"], "least_m": f["true_least_m"], "speed_rad_s": f["speed_rad_s"],
         "way_m": f["way_m"], "work": f["way_m"] / max(whole_m, 1e-9), "blind": f["blind"],
         "status": f["status"], "advice": f["advice"],
