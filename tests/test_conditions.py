@@ -5,6 +5,7 @@ import pytest
 from app.errors import ConfigError
 from app.sensing.budget import read_budget
 from app.studies.conditions import read_condition
+from app.studies.experiment import experiment_of
 
 
 def test_a_condition_is_a_controller_a_side_and_what_is_changed():
@@ -18,6 +19,7 @@ def test_a_condition_is_a_controller_a_side_and_what_is_changed():
     params = much.params()
     assert not params.memory and not params.obstacle_speed and params.distance_kept == 0.2
     assert (much.fault, much.failing, much.skin) == ("dead", 3, "forearm")
+    assert read_condition("QPL-memory+skin:forearm-rings+dead:3").skin == "forearm-rings"
 
 
 def test_the_oracle_is_told_the_truth_of_the_same_arm():
@@ -25,6 +27,25 @@ def test_the_oracle_is_told_the_truth_of_the_same_arm():
     assert budget.ranges == 0.0 and budget.body == budget.kinematics == 1.0
     calibrated = read_budget(read_condition("QPL+calibrated").budget("honest,body=2"))
     assert calibrated.mounting == 0.35 and calibrated.body == 2.0
+
+
+def test_a_variant_stands_at_the_end_where_an_experiment_has_some():
+    slow = read_condition("QP-memory@0.3-by", sides=False, variants=("0.3-by", "1.0"))
+    assert slow.variant == "0.3-by" and not slow.params().memory and slow.name.endswith("by")
+    for wrong, words in (("QP@0.4", "known: 0.3, 1.0"), ("QP", "give @VARIANT; known")):
+        with pytest.raises(ConfigError, match=words):
+            read_condition(wrong, sides=False, variants=("0.3", "1.0"))
+    with pytest.raises(ConfigError, match="no variants"):
+        read_condition("QP@0.3", sides=False)
+
+
+def test_a_condition_without_its_variant_stands_for_all_of_them():
+    front = experiment_of("front-panel")
+    assert front.wanted(["QP", "WB@0.55"]) == (
+        "QP@0.40", "QP@0.40-on", "QP@0.55", "QP@0.55-on", "WB@0.55",
+    )  # fmt: skip
+    assert len(front.wanted()) == 4 * len(front.conditions)
+    assert experiment_of("hri").wanted(["QPL"]) == ("QPL",)
 
 
 @pytest.mark.parametrize(

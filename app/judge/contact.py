@@ -45,7 +45,7 @@ class Contacts:
 
     def __init__(self, robot: Robot, truth: TrueDistance, shapes: Mapping[str, Shape]) -> None:
         self.found: list[Contact] = []
-        self._robot, self._truth, self._shapes = robot, truth, shapes
+        self._robot, self._truth, self.shapes = robot, truth, shapes
         self._moves = np.asarray(robot.supports.any(axis=1))
         self._lasting: dict[tuple[int, str], int] = {}  # rows of `found`
 
@@ -53,7 +53,7 @@ class Contacts:
         self, now: float, q: Array, qd: Array, T_base_link: Array, bodies: Sequence[BodyPose]
     ) -> None:
         """The true state at `now` [s]: joint positions and velocities (n,), links (L, 4, 4)."""
-        pairs = self._truth.near_pairs(T_base_link, self._shapes, bodies, TOUCHING)
+        pairs = self._truth.near_pairs(T_base_link, self.shapes, bodies, TOUCHING)
         lasting = {}
         for p in pairs:
             if not self._moves[p.link]:

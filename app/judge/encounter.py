@@ -7,6 +7,7 @@ import numpy as np
 
 from app.judge import metrics
 from app.judge.clouds import CloudDistance
+from app.judge.contact import TOUCHING, Contacts
 from app.judge.least import LeastDistance, Nearest, NearestNow
 from app.judge.truth import TrueDistance
 from app.messages import Array, Mode, Snapshot
@@ -55,8 +56,11 @@ class Encounter:
         self._near = NearestNow(self._truth, robot, moving, plant.world, cell)
         others = [name for name in self._shapes if name not in cell]
         self._cell = LeastDistance(self._truth, robot, moving, plant.world, others)
+        avoided = {n: s for n, s in self._shapes.items() if n not in cell}
+        self._contacts = Contacts(robot, self._truth, avoided)
         self._clouds = CloudDistance(engine.robot, moving)  # the paper's is the believed robot
         self._judged = self._looked = -np.inf
+        self._touching = False
         self._mode = Mode.RUNNING
         self.notes = Notes()
 
@@ -75,6 +79,7 @@ class Encounter:
         self._judged, T = s.stamp, self._plant.true_poses()
         nearest = self._near.update(T, s.world)
         self._cell.update(T, s.world)
+        self._touch(nearest, T, s)
         n.stamp.append(s.stamp)
         n.true.append(max(nearest.distance, 0.0))
         n.link.append(nearest.link)
@@ -86,6 +91,13 @@ class Encounter:
             n.paper.append(self._clouds.measure(s.T_base_link, s.cloud.kept()))
             n.true_then.append(nearest.distance)
             n.away.append(self._away(nearest, T, s))
+
+    def _touch(self, nearest: Nearest, T: Array, s: Snapshot) -> None:
+        """Who ran into whom, while there is a touch and once after it."""
+        before, self._touching = self._touching, nearest.distance <= TOUCHING
+        if before or self._touching:
+            bodies = [b for b in s.world if b.view.name in self._contacts.shapes]
+            self._contacts.update(s.stamp, s.joints.q, s.joints.qd, T, bodies)
 
     def _away(self, nearest: Nearest, T: Array, s: Snapshot) -> float:
         """[m] from the point of the world that is truly nearest to the nearest perceived one."""
@@ -126,6 +138,8 @@ class Encounter:
             "true_p5_m": low,
             "below_kept": metrics.share_below(true, kept),
             "contacts": metrics.contacts(true),
+            "own_contacts": sum(c.moved_into for c in self._contacts.found),
+            "own_mps": max((c.own for c in self._contacts.found), default=0.0),
             "cell_least_m": self._cell.least,
             "waypoints": n.reached,
             "waypoints_per_min": 60.0 * n.reached / seconds,
