@@ -6,6 +6,7 @@ from typing import Annotated
 import tyro
 
 from app.cli.experiments.frontier import Frontier
+from app.cli.experiments.matrix import Matrix
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
@@ -26,7 +27,7 @@ class Experiment:
         | Annotated[SidePanel, tyro.conf.subcommand("side-panel", prefix_name=False)]
         | Annotated[Hri, tyro.conf.subcommand("hri", prefix_name=False)]
         | Annotated[Approach, tyro.conf.subcommand("approach", prefix_name=False)]
-        | Annotated[tyro.conf.subcommand("occlusion", prefix_name=False)]
+        | Annotated[Matrix, tyro.conf.subcommand("matrix", prefix_name=False)]
         | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
         | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]
