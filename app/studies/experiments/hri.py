@@ -97,5 +97,9 @@ register(
     Experiment(
         "hri", "The paper's trials beside a person, with the paper's figures next to ours.",
         DEFAULT, 10, 60.0, case, told, sides=True, before=alone,
+        paper={n: {"paper_mean_m": d, "paper_std_m": s} for n, (d, s) in PAPER.items()},
+        verdicts=("reproduced", "not reproduced"),
+        looked_at=("paper_mean_m", "true_mean_m", "true_least_m", "below_kept", "work",
+                   "path_error_m", "reaction_s"),
     )
 )  # fmt: skip
