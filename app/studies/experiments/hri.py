@@ -16,6 +16,7 @@ from app.studies.case import Case, setup_of
 from app.studies.comparisons import comparison_rows
 from app.studies.conditions import ALONE, Condition
 from app.studies.experiment import Experiment, Told, register
+from app.studies.moves import watch_moves
 from app.studies.rows import grouped, row_of
 from app.studies.trial import TrialResult, TrialSpec
 
@@ -32,7 +33,7 @@ def case(spec: TrialSpec, c: Condition) -> Case:
     setup = setup_of(
         spec, c, f"cell-{c.side or 'left'}", person="none" if c.alone else "", program=PROGRAM
     )
-    return Case(setup, c.params())
+    return Case(setup, c.params(), watch=watch_moves)
 
 
 def alone(conditions: Sequence[str]) -> list[str]:
