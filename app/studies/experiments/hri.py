@@ -16,6 +16,7 @@ from app.studies.case import Case, setup_of
 from app.studies.comparisons import comparison_rows
 from app.studies.conditions import ALONE, Condition
 from app.studies.experiment import Experiment, Told, register
+from app.studies.moves import watch_moves
 from app.studies.rows import grouped, row_of
 from app.studies.trial import TrialResult, TrialSpec
 
@@ -32,7 +33,7 @@ def case(spec: TrialSpec, c: Condition) -> Case:
     setup = setup_of(
         spec, c, f"cell-{c.side or 'left'}", person="none" if c.alone else "", program=PROGRAM
     )
-    return Case(setup, c.params())
+    return Case(setup, c.params(), watch=watch_moves)
 
 
 def alone(conditions: Sequence[str]) -> list[str]:
@@ -97,5 +98,9 @@ register(
     Experiment(
         "hri", "The paper's trials beside a person, with the paper's figures next to ours.",
         DEFAULT, 10, 60.0, case, told, sides=True, before=alone,
+        paper={n: {"paper_mean_m": d, "paper_std_m": s} for n, (d, s) in PAPER.items()},
+        verdicts=("reproduced", "not reproduced"),
+        looked_at=("paper_mean_m", "true_mean_m", "true_least_m", "below_kept", "work",
+                   "path_error_m", "reaction_s"),
     )
 )  # fmt: skip
