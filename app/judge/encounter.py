@@ -7,8 +7,9 @@ import numpy as np
 
 from app.judge import metrics
 from app.judge.clouds import CloudDistance
+from app.judge.contact import led_away, speed_towards
 from app.judge.least import LeastDistance, Nearest, NearestNow
-from app.judge.truth import TrueDistance
+from app.judge.truth import TrueDistance, TruePair
 from app.messages import Array, Mode, Snapshot
 from app.plant.simulated import SimulatedPlant
 from app.runtime import Engine
@@ -25,9 +26,12 @@ class Notes:
     tool: list[Array] = field(default_factory=list)
     goal: list[Array] = field(default_factory=list)
     jump: list[float] = field(default_factory=list)
+    progress: list[float] = field(default_factory=list)
     stamp: list[float] = field(default_factory=list)
     true: list[float] = field(default_factory=list)
     link: list[int] = field(default_factory=list)
+    own: list[float] = field(default_factory=list)  # [m/s] of its nearest point, away from it
+    led: list[float] = field(default_factory=list)  # [m/s] see `led_away`
     activation: list[float] = field(default_factory=list)
     paper: list[float] = field(default_factory=list)
     away: list[float] = field(default_factory=list)
@@ -67,6 +71,7 @@ class Encounter:
         n.tool.append(s.T_base_tool[:3, 3])
         n.goal.append(s.goal.T_base_tool[:3, 3])
         n.jump.append(s.jump)
+        n.progress.append(s.command.progress)
         n.reached = s.reached
         n.stops += s.status.mode is Mode.STOPPED and self._mode is not Mode.STOPPED
         self._mode = s.status.mode
@@ -78,6 +83,7 @@ class Encounter:
         n.stamp.append(s.stamp)
         n.true.append(max(nearest.distance, 0.0))
         n.link.append(nearest.link)
+        self._note_own(nearest, T, s)
         n.activation.append(s.command.activation)
         if s.stamp >= self._looked + LOOKED_EVERY:
             self._looked = s.stamp
@@ -91,14 +97,31 @@ class Encounter:
         """[m] from the point of the world that is truly nearest to the nearest perceived one."""
         if not nearest.distance < metrics.NEAR:
             return np.inf
+        pair = self._pair(nearest, T, s)
+        points = np.concatenate([s.cloud.kept(), s.memory])
+        if pair is None or not len(points):
+            return np.inf
+        return float(np.linalg.norm(points - pair.on_body, axis=1).min())
+
+    def _note_own(self, nearest: Nearest, T: Array, s: Snapshot) -> None:
+        """Note how the arm itself moves beside the nearest point; zeros where none is within reach
+        of avoidance."""
+        own = led = 0.0
+        if nearest.distance < s.params.avoidance_begins:
+            pair = self._pair(nearest, T, s)
+            if pair is not None:
+                robot, q, qd = self._plant.robot, s.joints.q, s.joints.qd
+                own = -speed_towards(robot, q, qd, pair)
+                led = led_away(robot.posture(q), qd, T, pair.on_body)
+        self.notes.own.append(own)
+        self.notes.led.append(led)
+
+    def _pair(self, nearest: Nearest, T: Array, s: Snapshot) -> TruePair | None:
+        """The points between which the nearest distance lies."""
         body = [b for b in s.world if b.view.name == nearest.body]
         within = max(nearest.distance, 0.0) + 1e-6
         pairs = self._truth.near_pairs(T, self._shapes, body, within)
-        at = next((p.on_body for p in pairs if p.link == nearest.link), None)
-        points = np.concatenate([s.cloud.kept(), s.memory])
-        if at is None or not len(points):
-            return np.inf
-        return float(np.linalg.norm(points - at, axis=1).min())
+        return next((p for p in pairs if p.link == nearest.link), None)
 
     def course(self) -> dict[str, list[float]]:
         """What is drawn over time, as often as clouds are compared: to a tenth of a millimetre."""
@@ -117,6 +140,8 @@ class Encounter:
         least, low = metrics.least_and_low(true)
         links = [self._engine.robot.links[i] if i >= 0 else "" for i in n.link]
         reactions = metrics.reaction_times(stamp, true, activation, kept)
+        begins = self._engine.brain.params.avoidance_begins
+        led = metrics.own_reaction_times(stamp, true, np.array(n.led), begins)
         return {
             "paper_mean_m": metrics.mean_minimum([paper]),
             "paper_std_m": metrics.largest_deviation([paper]),
@@ -127,14 +152,18 @@ class Encounter:
             "true_p5_m": low,
             "below_kept": metrics.share_below(true, kept),
             "contacts": metrics.contacts(true),
+            "moved_into": metrics.moved_into(true, np.array(n.own)),
             "cell_least_m": self._cell.least,
             "waypoints": n.reached,
             "waypoints_per_min": 60.0 * n.reached / seconds,
             "path_error_m": metrics.path_error(np.array(n.tool), np.array(n.goal)),
             "jerk_rms": metrics.jerk_rms(np.array(n.qd), rate),
+            "effort": metrics.effort(np.array(n.qd), rate),
+            "held_back": float(np.mean(np.array(n.progress) < metrics.HELD_BACK)),
             "jumps_per_s": metrics.jumps_per_second(np.array(n.jump), seconds),
             "reactions": len(reactions),
             "reaction_s": float(np.median(reactions)) if reactions else np.nan,
+            "own_reaction_s": float(np.median(led)) if led else np.nan,
             "seen_share": metrics.seen_share(np.array(n.true_then), np.array(n.away)),
             "avoiding_share": float(np.mean(activation > metrics.ACTS)),
             "stops": n.stops,

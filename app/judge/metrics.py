@@ -17,6 +17,9 @@ NEAR = 1.0  # [m] what is farther away need not be seen
 JUMP = 0.05  # [m] in one tick: another control point, not the same one sliding on
 CALM = 0.5  # [s] nobody was near for so long before an approach
 ACTS = 0.05  # activation
+INTO = 0.02  # [m/s] from here on the arm's own point goes towards what it touches
+HELD_BACK = 0.99  # of what was asked for: with less of it left a command was held back
+REACTS = 0.05  # [m/s] by which the arm's own point must be led away more than before
 
 
 def mean_minimum(trials: Sequence[Array]) -> float:
@@ -38,6 +41,21 @@ def contacts(d: Array) -> int:
     """How often d(t) <= 0 begins."""
     touching = np.concatenate([[False], d <= 0.0])
     return int(np.count_nonzero(touching[1:] & ~touching[:-1]))
+
+
+def moved_into(d: Array, own: Array) -> int:
+    """How many of the `contacts` are the arm's own: the least own(t) while it touches is below
+    -`INTO`. own: [m/s] at which the arm moves its nearest point away from the body."""
+    touching = np.concatenate([[False], d <= 0.0, [False]])
+    begins = np.flatnonzero(touching[1:] & ~touching[:-1])
+    ends = np.flatnonzero(~touching[1:] & touching[:-1])
+    return sum(bool((own[i:j] < -INTO).any()) for i, j in zip(begins, ends, strict=True))
+
+
+def effort(qd: Array, rate: float) -> float:
+    """integral |qd|^2 dt = sum_t |qd(t)|^2 / rate [rad^2/s] of commands (T, n): what a motion
+    costs in drives of equal damping."""
+    return float(np.sum(np.square(qd)) / rate)
 
 
 def path_error(tool: Array, goal: Array) -> float:
@@ -71,6 +89,25 @@ def reaction_times(stamp: Array, d: Array, activation: Array, begins: float) -> 
             continue
         ends = i + int(np.argmin(np.append(near[i:], False)))
         acts = np.flatnonzero(activation[i:ends] > ACTS)
+        last = i + int(acts[0]) if len(acts) else min(ends, len(stamp) - 1)
+        out.append(float(stamp[last] - stamp[i]))
+    return out
+
+
+def own_reaction_times(stamp: Array, d: Array, led: Array, begins: float) -> list[float]:
+    """[s] from d(t) falling below `begins`, after `CALM` without, to led(t) > led(then) + `REACTS`.
+
+    Asked of the arm's motion alone, so in the same way of every controller. led: [m/s] at which
+    the arm itself leads its nearest link away (`app.judge.contact.led_away`). Left out where it
+    did so already; an approach that ends without a reaction counts as long as it lasted.
+    """
+    near = d < begins
+    out = []
+    for i in (np.flatnonzero(near[1:] & ~near[:-1]) + 1).tolist():
+        if near[(stamp >= stamp[i] - CALM) & (stamp < stamp[i])].any() or led[i] > REACTS:
+            continue
+        ends = i + int(np.argmin(np.append(near[i:], False)))
+        acts = np.flatnonzero(led[i:ends] > led[i] + REACTS)
         last = i + int(acts[0]) if len(acts) else min(ends, len(stamp) - 1)
         out.append(float(stamp[last] - stamp[i]))
     return out

@@ -3,6 +3,7 @@
     WB  WBL  QPR-memory  QPL+dead:3  oracleL  QP alone  QPL+set:distance_kept=0.2
 
 A controller, a side where the experiment has sides, then what is left out (-) or added (+).
+Others' controllers are named by their files: mine.py, mine.py:MineL+dead:3.
 """
 
 import re
@@ -10,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from app.config import Params, change, tunables
+from app.control.guests.files import GUEST, welcome
 from app.control.registry import kind_of, kinds
 from app.errors import ConfigError, options
 from app.sensing.budget import read_budget
@@ -67,7 +69,7 @@ def read_condition(text: str, sides: bool = True) -> Condition:
     sides: does the experiment have a left and a right?
     """
     plain, alone = text.removesuffix(ALONE), text.endswith(ALONE)
-    name, *changes = re.split(r"(?=[+-])", plain)
+    name, *changes = words_of(plain)
     who, side = _controller(name, text, sides and not alone)
     condition = Condition(text, who, side, alone, oracle=name.startswith(ORACLE))
     for word in changes:
@@ -76,7 +78,21 @@ def read_condition(text: str, sides: bool = True) -> Condition:
     return condition
 
 
+def words_of(plain: str) -> list[str]:
+    """A controller with its side, then each change; a file's name may hold signs itself."""
+    guest = re.fullmatch(rf"({GUEST}[A-Z]?)([+-].*)?", plain)
+    name, changes = (guest[1], guest[2] or "") if guest else ("", plain)
+    words = [w for w in re.split(r"(?=[+-])", changes) if w]
+    return [name, *words] if guest else words
+
+
 def _controller(name: str, text: str, sides: bool) -> tuple[str, str]:
+    if re.fullmatch(GUEST + "[A-Z]?", name):
+        if not sides:
+            return welcome(name), ""
+        if name[-1] not in SIDES:
+            raise ConfigError(f"no condition {text!r}; end its controller with R or L")
+        return welcome(name[:-1]), SIDES[name[-1]]
     known = {**{n: n for n in kinds()}, **SHORT, ORACLE: Params().mode}
     for hidden in SHORT.values():
         known.pop(hidden, None)  # one name each
