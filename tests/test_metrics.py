@@ -34,6 +34,7 @@ def test_shares_contacts_and_jumps_are_counted_as_defined():
     d = np.array([0.0, 0.0, 0.3, -0.01, 0.1, 0.0])
     assert metrics.contacts(d) == 3
     assert metrics.share_below(d, 0.2) == pytest.approx(5 / 6)
+    assert metrics.shortfall(d, 0.2) == pytest.approx((3 * 0.2 + 0.21 + 0.1) / 6)
     assert metrics.jumps_per_second(np.array([0.0, 0.04, 0.2, 0.06]), 2.0) == 1.0
     assert metrics.shares(["a", "b", "b", "a", "b"]) == {"b": 0.6, "a": 0.4}
     tool = np.array([[0.0, 0, 0], [0.0, 0, 0]])

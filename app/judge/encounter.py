@@ -151,6 +151,7 @@ class Encounter:
             "true_least_m": least,
             "true_p5_m": low,
             "below_kept": metrics.share_below(true, kept),
+            "shortfall_m": metrics.shortfall(true, kept),
             "contacts": metrics.contacts(true),
             "moved_into": metrics.moved_into(true, np.array(n.own)),
             "cell_least_m": self._cell.least,

@@ -37,6 +37,11 @@ def share_below(d: Array, limit: float) -> float:
     return float(np.mean(d < limit))
 
 
+def shortfall(d: Array, limit: float) -> float:
+    """mean_t max(0, limit - d(t)) [m]: by how much the distance to be kept is missed."""
+    return float(np.mean(np.maximum(limit - d, 0.0)))
+
+
 def contacts(d: Array) -> int:
     """How often d(t) <= 0 begins."""
     touching = np.concatenate([[False], d <= 0.0])

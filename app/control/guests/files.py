@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from app.assets import asset_folder
 from app.config import Params
-from app.control.registry import controller, forget
+from app.control.registry import controller, forget, kinds
 from app.errors import ConfigError, options
 from app.needs import Needs
 
@@ -43,11 +43,11 @@ def welcome(name: str) -> str:
     controller.
     """
     digest = guest_digest(name)
-    if _here.get(name) == digest:
+    if _here.get(name) == digest and name in kinds():
         return name
     path, _, wanted = _parted(name)
     kind = _class(path, _module(path, digest), wanted)
-    if name in _here:
+    if name in kinds():
         forget(name)
     about = (kind.__doc__ or f"a controller of {path.name}").strip().splitlines()[0]
 
@@ -56,7 +56,8 @@ def welcome(name: str) -> str:
 
         return GuestController(robot, name, kind)
 
-    controller(name, name, about, needs=_needs, distances=_distances, studies=frozenset())(make)
+    label = name.rpartition("/")[2]
+    controller(name, label, about, needs=_needs, distances=_distances, studies=frozenset())(make)
     _here[name] = digest
     return name
 
