@@ -17,7 +17,6 @@ NEAR = 1.0  # [m] what is farther away need not be seen
 JUMP = 0.05  # [m] in one tick: another control point, not the same one sliding on
 CALM = 0.5  # [s] nobody was near for so long before an approach
 ACTS = 0.05  # activation
-INTO = 0.02  # [m/s] from here on the arm's own point goes towards what it touches
 HELD_BACK = 0.99  # of what was asked for: with less of it left a command was held back
 REACTS = 0.05  # [m/s] by which the arm's own point must be led away more than before
 

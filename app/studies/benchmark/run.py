@@ -50,8 +50,8 @@ def run_benchmark(
     every = {_key(spec): spec for specs in wanted.values() for spec in specs.values()}
     missing = [spec for key, spec in every.items() if key[:0:-1] not in logs[key].done]
     done = len(every) - len(missing)
-    for result in run(attempted, missing) if missing else ():
-        logs[result.figures["experiment"], result.mode, result.seed].add(result)
+    for spec, result in run(attempted, missing) if missing else ():
+        logs[_key(spec)].add(result)
         done += 1
         progress(result, done, len(every))
     return [

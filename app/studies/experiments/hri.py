@@ -14,7 +14,7 @@ from app.report import Check
 from app.studies.bootstrap import bootstrap
 from app.studies.case import Case, setup_of
 from app.studies.comparisons import comparison_rows
-from app.studies.conditions import ALONE, Condition
+from app.studies.conditions import ALONE, Condition, words_of
 from app.studies.experiment import Experiment, Told, register
 from app.studies.moves import watch_moves
 from app.studies.rows import grouped, row_of
@@ -43,8 +43,7 @@ def alone(conditions: Sequence[str]) -> list[str]:
 
 def _alone(condition: str) -> str:
     """The condition that its work is compared with."""
-    head = min((i for i in (condition.find("+"), condition.find("-")) if i > 0), default=None)
-    return condition[:head][:-1] + ALONE
+    return words_of(condition)[0][:-1] + ALONE
 
 
 def told(good: Sequence[TrialResult]) -> Told:
