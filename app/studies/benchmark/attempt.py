@@ -55,7 +55,6 @@ def attempted(spec: TrialSpec) -> TrialResult:
         result = TrialResult(spec.seed, spec.condition, fault=str(error))
     except Exception as error:
         result = TrialResult(spec.seed, spec.condition, fault=f"the trial died: {error!r}")
-    result.figures["experiment"] = spec.experiment
     return result
 
 
