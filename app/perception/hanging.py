@@ -4,7 +4,8 @@ A hose lies on its link or spans a hollow of it, so all of it is in the link's c
 hardly outside, and it is thin. A thing of the world that comes there is wide or reaches farther: a
 hand has an arm, a plate its other end. So the kept zones of a frame are gathered into things,
 neighbours in the image at about one distance, and a thin one of which no part lies outside the
-hulls is taken for the robot's. A point p that is seen along u at the distance d lies inside if for
+hulls is taken for the robot's, unless it is seen through a hole in something nearer: a hose runs
+on, or has its link beside it. A point p that is seen along u at the distance d lies inside if for
 the planes (n, o) of all faces
 
     n . p + o <= THICK + eps + d aside |n x u|
@@ -24,7 +25,7 @@ from scipy.spatial import ConvexHull
 from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.returns import Judgement
-from app.perception.things import ALIKE, grow
+from app.perception.things import ALIKE, find_in_holes, grow
 from app.perception.uncertainty import views_aside
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -269,7 +270,8 @@ def _things_outside(
     grid: NDArray[np.int64],
     width: float,
 ) -> NDArray[np.bool_]:
-    """(n,) is the kept zone part of a thing that is wide or reaches outside? From there on.
+    """(n,) is the kept zone part of a thing that is wide, reaches outside or is seen through a hole
+    in something nearer?
 
     width: [rad] of a zone.
     """
@@ -278,6 +280,8 @@ def _things_outside(
         if kept[i]:
             outside[i] = link[i] < 0 or _wide(i, z, verdict, grid, width)
     grow(outside, z, kept, grid)
+    if (kept & ~outside).any():
+        find_in_holes(z, kept, grid, outside)
     return outside
 
 

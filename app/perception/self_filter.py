@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from app.messages import Array
 from app.perception.behind import aim_behind, find_body_behind
 from app.perception.casting import (
-    DEPTH,
     NEAR,
     Aims,
     Casts,
@@ -119,9 +118,8 @@ class SelfFilter:
         """Cast the rays that are still to be cast, and judge by all."""
         self._cast(sensors, judged.aims)
         explain_returns(
-            sensors, reported, DEPTH if rules.footprint else 0.0, rules.two_sided,
-            self._known, self._hulls, self._returns, judged,
-        )  # fmt: skip
+            sensors, reported, rules, self.fan, self._known, self._hulls, self._returns, judged
+        )
 
     def _cast(self, sensors: NDArray[np.intp], aims: Aims) -> None:
         """Cast the rays that are still to be cast."""
