@@ -108,8 +108,9 @@ def test_a_cluster_gives_the_same_bytes_as_this_machine(engine, tmp_path):
 
 
 @pytest.mark.slow
-def test_a_cluster_that_is_not_there_is_one_line(capfd):
+@pytest.mark.parametrize("address", ["auto", "127.0.0.1:9"])
+def test_a_cluster_that_is_not_there_is_one_line(address, capfd):
     pytest.importorskip("ray")
-    assert main(["experiment", "hri", "--engine", "ray:127.0.0.1:9", "--trials", "1"]) == 1
+    assert main(["experiment", "hri", "--engine", f"ray:{address}", "--trials", "1"]) == 1
     err = capfd.readouterr().err
-    assert "no Ray cluster there" in err and err.count("\n") == 1
+    assert "no Ray cluster answers" in err and err.count("\n") == 1

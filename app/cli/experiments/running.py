@@ -44,7 +44,8 @@ class Running:
 
         jobs = None if self.out is None else self.out / "jobs"
         run = engine_of(self.engine, Means(self.jobs, self.limit, jobs))
-        if self.jobs > 1 or self.engine != "local":
+        elsewhere = self.engine.startswith("ray:")  # its machines have kernels of their own
+        if not elsewhere and (self.jobs > 1 or self.engine != "local"):
             run = warmed(run)
         pace = Pace()
         try:

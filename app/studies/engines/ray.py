@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterator, Sequence
 from types import ModuleType
 from typing import Any
+from warnings import catch_warnings
 
 from app.errors import ConfigError
 from app.studies.engines import Means, Run, Trial, lost, needed
@@ -15,6 +16,9 @@ WAITING = 4  # trials a processor that are handed over: a whole study is too muc
 
 def engine(means: Means, place: str = "") -> Run:
     """place: '' of this machine, 'auto' the one that it belongs to, else HOST:PORT."""
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nobody is told
+    if not place:  # without clusters, on any system, nothing listens to other machines
+        os.environ["RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER"] = "0"
     ray = needed("ray", "ray")
 
     def run(trial: Trial, specs: Sequence[TrialSpec]) -> Iterator[tuple[TrialSpec, TrialResult]]:
@@ -43,17 +47,19 @@ def engine(means: Means, place: str = "") -> Run:
 
 def _connect(ray: ModuleType, place: str, jobs: int) -> None:
     """Begin a cluster here, or join one; ConfigError where there is none."""
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # nobody is told
     more: dict[str, Any] = {"runtime_env": {"env_vars": dict.fromkeys(THREADS, "1")}}
     if not place:
-        here = "127.0.0.1"
-        more |= {"num_cpus": jobs, "include_dashboard": False, "_node_ip_address": here}
+        more |= {"num_cpus": jobs, "include_dashboard": False}
     known = place in ("", "auto") or place.startswith("//")
     address = {"": "local", "auto": "auto"}.get(
         place, f"ray:{place}" if known else f"ray://{place}"
     )
     try:
-        ray.init(address, log_to_driver=False, logging_level="error", **more)
+        with catch_warnings(action="ignore"):  # that there is no cluster is told below
+            ray.init(address, log_to_driver=False, logging_level="error", **more)
     except ConnectionError as e:
         why = str(e).partition("\n")[0]
-        raise ConfigError(f"engine = 'ray:{place}': no Ray cluster there ({why})") from e
+        raise ConfigError(
+            f"engine = 'ray:{place}': no Ray cluster answers ({why}); begin it with "
+            "'ray start --head', and give its token in RAY_AUTH_TOKEN if it has one"
+        ) from e
