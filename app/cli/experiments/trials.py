@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
 
+from app.cli.experiments.told import write_told
 from app.errors import ConfigError
 
 
@@ -44,6 +45,7 @@ class Trials:
             raise ConfigError("trials and jobs must be positive, seconds at least 0.1")
 
     def __call__(self) -> None:
+        from app.studies.report import check_report
         from app.studies.study import Study, locally, run_study, tell
 
         study = Study(
@@ -52,9 +54,13 @@ class Trials:
         )  # fmt: skip
         log = None
         if self.out is not None:
+            check_report()
             self.out.mkdir(parents=True, exist_ok=True)
             log = self.out / "trials.jsonl"
-        report = tell(study, run_study(study, locally(self.jobs), log, self.shard))
+        results = run_study(study, locally(self.jobs), log, self.shard)
+        report = tell(study, results)
+        if self.out is not None:
+            write_told(study, results, report, self.out)
         print(report.to_json() if self.json else report.to_text())
 
 
