@@ -1,6 +1,6 @@
 """The report of a study: one page that needs nothing but itself, and its pictures beside it.
 
-results ─► Trials ─► sections and pictures ─► report.html, trials.png, course-*.png
+results ─► Trials ─► sections and pictures ─► report.html, trials.png, course-*.png, together-*.png
                  └─► worst moments ─► clips/*.mcap, and by the command line clips/*.html
 """
 
