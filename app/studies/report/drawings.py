@@ -1,7 +1,6 @@
 """The report's pictures: a trial over time, and all trials of a figure side by side."""
 
-from collections.abc import Iterator, Mapping, Sequence
-from itertools import cycle
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -9,7 +8,7 @@ import numpy as np
 
 from app.colours import ALARM, POINT, WARN, css
 from app.messages import Array, Verdict
-from app.plot import COLOURS, save
+from app.plot import save
 from app.studies.bootstrap import bootstrap
 from app.studies.report.words import Figure
 
@@ -65,9 +64,33 @@ def draw_course(course: Course, path: Path) -> None:
         upper.annotate(
             str(words), (at, 0.87), (2, 0), xycoords=("data", "axes fraction"),
             textcoords="offset points", rotation=90, va="top", fontsize=6.5, color=INK,
+            bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.4},
         )  # fmt: skip
     for field in (upper, lower):
         field.grid(alpha=0.25)
+    save(canvas, path)
+
+
+def draw_together(
+    title: str, courses: Mapping[str, Course], colours: Mapping[str, str], path: Path
+) -> None:
+    """Trials of one seed by condition in one picture: the paper's distance, and the true one."""
+    from matplotlib.figure import Figure as Canvas
+
+    canvas = Canvas(figsize=(7.6, 4.6), layout="constrained")
+    fields = canvas.subplots(2, 1, sharex=True)
+    heads = (("paper_m", "distance between clouds [m]"), ("true_m", "true distance [m]"))
+    for field, (key, words) in zip(fields, heads, strict=True):
+        for name, course in courses.items():
+            y = _finite(course.columns.get(key, []))
+            if np.isfinite(y).any():
+                field.plot(course.columns["stamp_s"], y, color=colours[name], lw=1.2, label=name)
+        field.set(ylim=(0.0, FAR), ylabel=words)
+        field.yaxis.label.set_size("small")
+        field.grid(alpha=0.25)
+    fields[0].set_title(title, fontsize="medium", loc="left")
+    fields[1].legend(fontsize="x-small", loc="upper right", ncols=6, framealpha=0.85)
+    fields[1].set_xlabel("time [s]")
     save(canvas, path)
 
 
@@ -76,6 +99,7 @@ class Strip(NamedTuple):
 
     figure: Figure
     values: Mapping[str, Mapping[int, float]]
+    colours: Mapping[str, str]
     paper: Mapping[str, float] = {}
 
 
@@ -83,7 +107,7 @@ def draw_strips(strips: Sequence[Strip], path: Path) -> None:
     """A field a figure: a dot a trial, mean and 95 % interval, and the paper's value."""
     from matplotlib.figure import Figure as Canvas
 
-    across = min(2 if len(strips) < 5 else 3, len(strips))
+    across = min(2 if len(strips) < 5 else 3 if len(strips) < 7 else 4, len(strips))
     down = -(-len(strips) // across)
     canvas = Canvas(figsize=(11.4, 2.9 * down), layout="constrained")
     fields = canvas.subplots(down, across, squeeze=False).ravel()
@@ -96,8 +120,8 @@ def draw_strips(strips: Sequence[Strip], path: Path) -> None:
 
 def _strip(field: Any, strip: Strip) -> None:
     scale, names = strip.figure.scale, list(strip.values)
-    for x, colour, name in _places(names):
-        by_seed = strip.values[name]
+    for x, (name, by_seed) in enumerate(strip.values.items()):
+        colour = strip.colours[name]
         y = scale * np.array(list(by_seed.values()))
         if len(y):
             aside = np.linspace(-0.6 * WIDE, 0.6 * WIDE, len(y)) if len(y) > 1 else np.zeros(1)
@@ -110,16 +134,10 @@ def _strip(field: Any, strip: Strip) -> None:
             at = scale * strip.paper[name]
             field.plot(x + WIDE + 0.12, at, "D", mfc="white", mec=css(ALARM), mew=1.4, ms=6)
     field.set_title(strip.figure.title, fontsize="small", loc="left")
-    turned = 30 if max(map(len, names)) > 8 or len(names) > 8 else 0
+    turned = 30 if max(map(len, names)) > 7 or len(names) > 5 else 0
     field.set_xticks(range(len(names)), names, fontsize="small", rotation=turned)
     field.set_xlim(-0.6, len(names) - 0.3)
     field.grid(alpha=0.25, axis="y")
-
-
-def _places(names: Sequence[str]) -> Iterator[tuple[int, str, str]]:
-    """Place, colour and name of each condition."""
-    for x, (colour, name) in enumerate(zip(cycle(COLOURS), names, strict=False)):
-        yield x, colour, name
 
 
 def _finite(values: Sequence[float]) -> Array:

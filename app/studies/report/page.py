@@ -3,12 +3,15 @@
 import base64
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
+from urllib.parse import quote
 
 from app.colours import ALARM, CALM, css
 from app.page import Html, html, sheet
 from app.report import Report
+from app.studies.report.clips import BEGUN, Clip
 from app.studies.report.head import head
-from app.studies.report.pictures import Picture, draw_courses, draw_trials
+from app.studies.report.pictures import Picture
 from app.studies.report.tables import gains, metrics, oracle_gap, others
 from app.studies.report.trials import Trials
 from app.studies.report.verdicts import beside_paper, verdicts
@@ -31,16 +34,24 @@ td {{ vertical-align: top; }} th {{ vertical-align: bottom; font-weight: 600; }}
 """
 
 
-def page(trials: Trials, report: Report, folder: Path, clips: Html) -> str:
-    """The whole page; its pictures are drawn into `folder` on the way."""
+class Shown(NamedTuple):
+    """What a page shows beside its tables."""
+
+    trials: Sequence[Picture] = ()
+    courses: Sequence[Picture] = ()
+    clips: Sequence[Clip] = ()
+
+
+def page(trials: Trials, report: Report, folder: Path, shown: Shown) -> str:
+    """The whole page of a study whose `folder` it lies in."""
     body = "".join((
         head(trials, folder),
         verdicts(trials, report),
         beside_paper(trials),
         gains(trials),
-        _shown("All trials", draw_trials(trials, folder), "", trials),
-        _shown("Over time", draw_courses(trials, folder), "grid", trials),
-        clips,
+        _pictures("All trials", shown.trials),
+        _pictures("Over time", shown.courses, "grid"),
+        _clips(shown.clips, folder),
         metrics(trials),
         oracle_gap(trials),
         others(trials),
@@ -49,15 +60,35 @@ def page(trials: Trials, report: Report, folder: Path, clips: Html) -> str:
     return sheet(f"Flinch: experiment {trials.study.experiment}", Html(body), STYLE)
 
 
-def _shown(title: str, pictures: Sequence[Picture], kind: str, trials: Trials) -> str:
+def _pictures(title: str, pictures: Sequence[Picture], kind: str = "") -> str:
+    """Pictures below each other, with their words, or in a grid, where these are in them."""
     if not pictures:
         return ""
-    shown = "".join(
+    inside = "".join(
         f'<figure><img src="{_data(p.path)}" alt="{html(p.words)}">'
         f"<figcaption>{'' if kind else html(p.words)}</figcaption></figure>"
         for p in pictures
     )
-    return f'<h2>{html(title)}</h2><div class="{kind}">{shown}</div>'
+    return f'<h2>{html(title)}</h2><div class="{kind}">{inside}</div>'
+
+
+def _clips(clips: Sequence[Clip], folder: Path) -> str:
+    """A line a moment, with links to what lies beside the page."""
+    if not clips:
+        return ""
+    lines = ""
+    for clip in clips:
+        links = [
+            f'<a href="{quote(str(path.relative_to(folder)))}">{what}</a>'
+            for path, what in ((clip.page, "look at it"), (clip.path, "recording"))
+            if path.is_file()
+        ]
+        lines += f"<li>{html(clip.words)}: {', '.join(links)}</li>"
+    words = (
+        f"The least true distances of all trials after their first {BEGUN:g} s; each trial was run "
+        "again and recorded up to there."
+    )
+    return f"<h2>The worst moments</h2><p>{words}</p><ol>{lines}</ol>"
 
 
 def _data(path: Path) -> str:

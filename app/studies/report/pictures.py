@@ -4,9 +4,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from app.control.registry import kind_of
-from app.studies.report.drawings import Course, Strip, draw_course, draw_strips
+from app.plot import COLOURS
+from app.studies.report.drawings import (
+    Course,
+    Strip,
+    draw_course,
+    draw_strips,
+    draw_together,
+)
 from app.studies.report.trials import Trials
 from app.studies.report.words import figure_of
+
+APART = 12  # conditions of which each has a picture of its own
 
 
 class Picture(NamedTuple):
@@ -22,7 +31,8 @@ def draw_trials(trials: Trials, folder: Path) -> list[Picture]:
     strips = []
     for key in trials.looked_at():
         paper = {n: f[key] for n, f in trials.kind.paper.items() if key in f}
-        strips.append(Strip(figure_of(key), {n: trials.values(n, key) for n in names}, paper))
+        values = {n: trials.values(n, key) for n in names}
+        strips.append(Strip(figure_of(key), values, _colours(trials), paper))
     if not strips:
         return []
     path = folder / "trials.png"
@@ -33,18 +43,50 @@ def draw_trials(trials: Trials, folder: Path) -> list[Picture]:
 
 
 def draw_courses(trials: Trials, folder: Path) -> list[Picture]:
-    """One trial of each condition over time, all of the same seed if there is one that all have."""
+    """One trial of each condition over time, those that may be compared together, then apart.
+
+    All are of the same seed where there is one that all have.
+    """
+    courses = _courses(trials)
+    pictures: list[Picture] = []
+    for side in trials.sides():
+        here = {name: courses[name] for name in side if name in courses}
+        if len(here) > 1:
+            words = ", ".join(c.title for c in here.values())
+            path = folder / f"together-{len(pictures) + 1}.png"
+            draw_together(_place(trials, side[0]) or words, here, _colours(trials), path)
+            pictures.append(Picture(path, words))
+    if len(courses) <= APART:
+        for i, course in enumerate(courses.values(), start=1):
+            path = folder / f"course-{i}.png"
+            draw_course(course, path)
+            pictures.append(Picture(path, course.title))
+    return pictures
+
+
+def _courses(trials: Trials) -> dict[str, Course]:
+    """What is drawn of each condition that has a course."""
     having = {n: [r for r in rs if r.course.get("stamp_s")] for n, rs in trials.of.items()}
     having = {n: rs for n, rs in having.items() if rs}
-    common = set.intersection(*({r.seed for r in rs} for rs in having.values())) if having else ()
-    pictures = []
-    for i, (name, rs) in enumerate(having.items()):
-        chosen = next((r for r in rs if r.seed == min(common)), rs[0]) if common else rs[0]
+    seeds = [{r.seed for r in rs} for rs in having.values()]
+    common = min(set.intersection(*seeds), default=None) if seeds else None
+    out = {}
+    for name, rs in having.items():
+        chosen = next((r for r in rs if r.seed == common), rs[0])
         words = f"{name}, seed {chosen.seed}"
-        path = folder / f"course-{i + 1}.png"
-        draw_course(Course(words, chosen.course, chosen.marks, _bands(trials, name)), path)
-        pictures.append(Picture(path, words))
-    return pictures
+        out[name] = Course(words, chosen.course, chosen.marks, _bands(trials, name))
+    return out
+
+
+def _colours(trials: Trials) -> dict[str, str]:
+    """The same place among those that it is compared with, the same colour."""
+    return {n: COLOURS[i % len(COLOURS)] for side in trials.sides() for i, n in enumerate(side)}
+
+
+def _place(trials: Trials, name: str) -> str:
+    """What the conditions of one picture have in common."""
+    c = trials.read(name)
+    return " ".join(filter(None, (c.side, c.variant))) if c is not None else ""
 
 
 def _bands(trials: Trials, name: str) -> tuple[float, float] | None:

@@ -72,6 +72,12 @@ FIGURES = {
     "below_kept": Figure(
         "time below the distance kept", "%", better=-1, means="by the true distance"
     ),
+    "steady_m": Figure("true distance in the end", "m", better=1),
+    "goal_error_m": Figure("goal error", "m", better=-1),
+    "goal_error_rad": Figure("goal error, turned", "rad", better=-1),
+    "own_mps": Figure(
+        "own speed into a contact", "m/s", "largest", -1, "of the arm, towards what it touches"
+    ),
     "contacts": Figure("contacts", "", "sum", -1, "how often the true distance comes to zero"),
     "cell_least_m": Figure(
         "least true distance to the known cell", "m", "least", 1, "table, tools, what it works on"
