@@ -9,7 +9,7 @@ from app.cli.experiments.frontier import Frontier
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
-from app.cli.experiments.scenes import Approach, Faults, FrontPanel, SidePanel, Worlds
+from app.cli.experiments.scenes import Approach, Faults, FrontPanel, Occlusion, SidePanel, Worlds
 from app.cli.experiments.tradeoff import Tradeoff
 from app.cli.experiments.trials import Hri
 
@@ -26,7 +26,7 @@ class Experiment:
         | Annotated[SidePanel, tyro.conf.subcommand("side-panel", prefix_name=False)]
         | Annotated[Hri, tyro.conf.subcommand("hri", prefix_name=False)]
         | Annotated[Approach, tyro.conf.subcommand("approach", prefix_name=False)]
-        | Annotated[tyro.conf.subcommand("occlusion", prefix_name=False)]
+        | Annotated[Occlusion, tyro.conf.subcommand("occlusion", prefix_name=False)]
         | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
         | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]
