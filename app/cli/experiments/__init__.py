@@ -5,6 +5,7 @@ from typing import Annotated
 
 import tyro
 
+from app.cli.experiments.clutter import Clutter
 from app.cli.experiments.frontier import Frontier
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.phantoms import Phantoms
@@ -27,6 +28,7 @@ class Experiment:
         | Annotated[Hri, tyro.conf.subcommand("hri", prefix_name=False)]
         | Annotated[Approach, tyro.conf.subcommand("approach", prefix_name=False)]
         | Annotated[Occlusion, tyro.conf.subcommand("occlusion", prefix_name=False)]
+        | Annotated[Clutter, tyro.conf.subcommand("clutter", prefix_name=False)]
         | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
         | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]
