@@ -1,9 +1,12 @@
 """What is tried is named by what can be typed."""
 
+import numpy as np
 import pytest
 
 from app.errors import ConfigError
 from app.sensing.budget import read_budget
+from app.setup import Setup
+from app.studies.case import Case, build_case
 from app.studies.conditions import read_condition
 from app.studies.experiment import experiment_of
 
@@ -27,6 +30,19 @@ def test_the_oracle_is_told_the_truth_of_the_same_arm():
     assert budget.ranges == 0.0 and budget.body == budget.kinematics == 1.0
     calibrated = read_budget(read_condition("QPL+calibrated").budget("honest,body=2"))
     assert calibrated.mounting == 0.35 and calibrated.body == 2.0
+
+
+def test_without_several_pairs_the_programme_is_told_of_one_a_link():
+    condition = read_condition("QP-pairs", sides=False)
+    assert condition.one_pair
+    engine = build_case(Case(Setup(scene="front-panel", rate=125.0), condition.params()), condition)
+    try:
+        for _ in range(60):
+            s = engine.step()
+    finally:
+        engine.close()
+    links = s.pairs.link[np.isfinite(s.pairs.distance)]
+    assert len(links) > 2 and len(links) == len(set(links.tolist()))
 
 
 def test_a_variant_stands_at_the_end_where_an_experiment_has_some():
@@ -54,7 +70,9 @@ def test_a_condition_without_its_variant_stands_for_all_of_them():
         ("WLB", "no condition 'WLB'; .*known: .*WBL"),
         ("smL", "known: .*SL"),
         ("QP", "did you mean"),
-        ("QPL-eyes", "nothing to leave out; known: memory, speed"),
+        ("QPL-eyes", "nothing to leave out; known: memory, pairs, speed"),
+        ("WBL-pairs", "no several pairs"),
+        ("oracleL-pairs", "no several pairs"),
         ("QPL+dead", r"'\+dead'; .*dead:SENSORS"),
         ("QPL+dead:0", "dead:SENSORS"),
         ("QPL+set:distance_kept=9", "0.05 to 0.4"),

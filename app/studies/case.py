@@ -18,6 +18,7 @@ from app.setup import Setup
 from app.studies.conditions import HAND, Condition
 from app.studies.faulty_skin import FaultySkin
 from app.studies.headless import Ready, nothing, step_until
+from app.studies.one_pair import OnePairALink
 from app.studies.oracle import TruePerception
 from app.studies.trial import TrialResult, TrialSpec
 from app.timing import ManualClock
@@ -94,7 +95,7 @@ def run_case(spec: TrialSpec, c: Condition, case: Case, ready: Ready = nothing) 
 
 def build_case(case: Case, c: Condition) -> Engine:
     """The engine of a trial, not yet stepped."""
-    perceive = TruePerception if c.oracle else None
+    perceive = TruePerception if c.oracle else OnePairALink if c.one_pair else None
     return build_engine(case.setup, ManualClock(), case.params, perceive, case.scene)
 
 

@@ -29,6 +29,7 @@ CALIBRATED = "mounting=0.35"  # of 2 mm and 0.5 degrees: what a calibration leav
 # what its sensors say is nothing to the oracle, as long as they speak; the arm stays as it is
 TOLD = "ideal,encoders=1,kinematics=1,body=1,mounting=1"
 LEFT_OUT = {"memory": {"memory": False}, "speed": {"obstacle_speed": False}}
+PAIRS = "pairs"  # left out: all but the closest pair of each link
 ADDED = ("calibrated", "set:NAME=VALUE", "skin:LAYOUT", "world:PART=STRENGTH")
 
 
@@ -41,6 +42,7 @@ class Condition:
     oracle: the truth is perceived.
     changes: settings by name.   world: parts of the error budget, added to the trial's.
     fault, failing: kind of fault (`app.studies.faulty_skin`) or `HAND`, and of how many sensors.
+    one_pair: of each link the closest pair only, instead of several.
     skin: another layout.   variant: of the experiment, '' where it has none.
     """
 
@@ -55,6 +57,7 @@ class Condition:
     failing: int = 0
     skin: str = ""
     variant: str = ""
+    one_pair: bool = False
 
     def params(self) -> Params:
         """Each controller as it is meant to be run: the paper's have no memory; then changed."""
@@ -87,7 +90,12 @@ def read_condition(
     condition = Condition(text, who, side, alone, oracle, variant=variant)
     for word in changes:
         condition = _changed(condition, word)
-    condition.params(), read_budget(condition.budget("honest"))
+    params = condition.params()
+    read_budget(condition.budget("honest"))
+    if condition.one_pair and (oracle or kind_of(who).needs(params).pairs != "several"):
+        raise ConfigError(
+            f"condition {text!r}: it has no several pairs to leave out; use QP-{PAIRS}"
+        )
     return condition
 
 
@@ -152,8 +160,11 @@ def _changed(c: Condition, word: str) -> Condition:
     sign, (what, _, value) = word[0], word[1:].partition(":")
     if sign == "-" and what in LEFT_OUT:
         return replace(c, changes=(*c.changes, *LEFT_OUT[what].items()))
+    if word == f"-{PAIRS}":
+        return replace(c, one_pair=True)
     if sign == "-":
-        raise ConfigError(f"condition {c.name!r}: nothing to leave out; {options(what, LEFT_OUT)}")
+        known = options(what, (*LEFT_OUT, PAIRS))
+        raise ConfigError(f"condition {c.name!r}: nothing to leave out; {known}")
     if what == "calibrated" and not value:
         return replace(c, world=(*c.world, CALIBRATED))
     if what == "set":
@@ -165,8 +176,8 @@ def _changed(c: Condition, word: str) -> Condition:
         return replace(c, world=(*c.world, value))
     if what in (*KINDS, HAND) and value.isdecimal() and int(value) > 0:
         return replace(c, fault=what, failing=int(value))
-    known = [*ADDED, *(f"{kind}:SENSORS" for kind in (*KINDS, HAND))]
-    raise ConfigError(f"condition {c.name!r}: {word!r}; {options(what, known)}")
+    added = [*ADDED, *(f"{kind}:SENSORS" for kind in (*KINDS, HAND))]
+    raise ConfigError(f"condition {c.name!r}: {word!r}; {options(what, added)}")
 
 
 def _setting(key: str, text: str) -> Any:

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from app.actions import SetGoal
+from app.cell.parts import Cell
 from app.choices import build_robot_and_skin
 from app.errors import ConfigError
 from app.judge.blame import AHEAD, Judgement, Moment, seen_distances
@@ -19,6 +20,7 @@ from app.judge.least import LeastDistance
 from app.judge.run import JUDGED_EVERY
 from app.judge.truth import TrueDistance
 from app.messages import Array, Goal, Mode, Snapshot
+from app.perception.perceiver import Perceiver
 from app.plant.simulated import SimulatedPlant
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
@@ -28,6 +30,7 @@ from app.sensing.budget import read_budget
 from app.sensing.simulated import SimulatedSkin
 from app.setup import Setup
 from app.studies.conditions import Condition, read_condition
+from app.studies.one_pair import OnePairALink
 from app.studies.oracle import TruePerception
 from app.studies.random_scene import random_goal, random_world
 from app.studies.trial import TrialResult, TrialSpec
@@ -106,7 +109,9 @@ def run_trial(stage: Stage, spec: TrialSpec, c: Condition) -> Found:
 
 def _engine(stage: Stage, spec: TrialSpec, c: Condition, world: World, goal: Goal) -> Engine:
     robot, skin, _ = stage
-    perception = TruePerception(robot, skin, world) if c.oracle else None
+    perception: Perceiver | None = TruePerception(robot, skin, world) if c.oracle else None
+    if c.one_pair:
+        perception = OnePairALink(robot, skin, world, Cell())
     start = Start(params=c.params(), goal=goal, perception=perception)
     budget = read_budget(c.budget(spec.world))
     source = SimulatedSkin(robot, skin, world, spec.seed, budget=budget)

@@ -5,12 +5,13 @@ from typing import Annotated
 
 import tyro
 
+from app.cli.experiments.clutter import Clutter
 from app.cli.experiments.frontier import Frontier
 from app.cli.experiments.matrix import Matrix
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
-from app.cli.experiments.scenes import Approach, Faults, FrontPanel, SidePanel, Worlds
+from app.cli.experiments.scenes import Approach, Faults, FrontPanel, Occlusion, SidePanel, Worlds
 from app.cli.experiments.tradeoff import Tradeoff
 from app.cli.experiments.trials import Hri
 
@@ -28,6 +29,8 @@ class Experiment:
         | Annotated[Hri, tyro.conf.subcommand("hri", prefix_name=False)]
         | Annotated[Approach, tyro.conf.subcommand("approach", prefix_name=False)]
         | Annotated[Matrix, tyro.conf.subcommand("matrix", prefix_name=False)]
+        | Annotated[Occlusion, tyro.conf.subcommand("occlusion", prefix_name=False)]
+        | Annotated[Clutter, tyro.conf.subcommand("clutter", prefix_name=False)]
         | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
         | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]

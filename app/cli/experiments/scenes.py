@@ -34,6 +34,13 @@ class Faults(Trials):
 
 
 @dataclass(frozen=True)
+class Occlusion(Trials):
+    """Show the arm a thing for a while, and let it come back to where it is hidden."""
+
+    experiment = "occlusion"
+
+
+@dataclass(frozen=True)
 class Worlds(Trials):
     """Run every controller in the same random worlds, and say why it touched what it touched.
 
