@@ -1,10 +1,13 @@
 """Others' controllers: a file with a class that acts is a mode like any other, or is named."""
 
+import json
+
 import numpy as np
 import pytest
 
 from app.brain import Brain
 from app.cell.parts import Cell
+from app.cli import main
 from app.config import Params
 from app.control.clearance import Clearance
 from app.control.controller import Situation
@@ -214,3 +217,12 @@ def test_the_state_of_a_brain_leaves_a_guest_alone(robot, skin, guest):
     state = brain.capture()
     brain.restore(state)
     assert brain.digest() == brain.digest()
+
+
+def test_it_leads_a_run_from_the_command_line_but_no_real_arm(guest, capsys):
+    name = guest(BLIND)
+    command = ["run", "--headless", "--seconds", "0.5", "--scene", "front-panel", "--json"]
+    assert main([*command, "--controller", name]) == 0
+    assert json.loads(capsys.readouterr().out)["rows"][0]["mode"] == name
+    assert main(["run", "--controller", name, "--driver", "ur:127.0.0.1"]) == 1
+    assert "leads a simulated arm" in capsys.readouterr().err
