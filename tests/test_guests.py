@@ -118,6 +118,13 @@ def test_points_are_what_perception_believes_and_raw_frames_are_the_sensors_own(
     assert trial(guest(acting(body)), seconds=0.5).figures["stops"] == 0
 
 
+def test_what_it_does_to_what_it_was_told_is_its_own_affair(robot, guest):
+    now = told(robot)
+    goal = now.goal.T_base_tool.copy()
+    made(robot, guest(acting("goal[:] = 0; joints.q[:] = 9; return joints.q * 0"))).update(now)
+    assert (now.goal.T_base_tool == goal).all() and (now.joints.q == robot.home).all()
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [
