@@ -1,10 +1,13 @@
 """Others' controllers: a file with a class that acts is a mode like any other, or is named."""
 
+import json
+
 import numpy as np
 import pytest
 
 from app.brain import Brain
 from app.cell.parts import Cell
+from app.cli import main
 from app.config import Params
 from app.control.clearance import Clearance
 from app.control.controller import Situation
@@ -115,6 +118,13 @@ def test_points_are_what_perception_believes_and_raw_frames_are_the_sensors_own(
     assert trial(guest(acting(body)), seconds=0.5).figures["stops"] == 0
 
 
+def test_what_it_does_to_what_it_was_told_is_its_own_affair(robot, guest):
+    now = told(robot)
+    goal = now.goal.T_base_tool.copy()
+    made(robot, guest(acting("goal[:] = 0; joints.q[:] = 9; return joints.q * 0"))).update(now)
+    assert (now.goal.T_base_tool == goal).all() and (now.joints.q == robot.home).all()
+
+
 @pytest.mark.parametrize(
     ("body", "words"),
     [
@@ -214,3 +224,12 @@ def test_the_state_of_a_brain_leaves_a_guest_alone(robot, skin, guest):
     state = brain.capture()
     brain.restore(state)
     assert brain.digest() == brain.digest()
+
+
+def test_it_leads_a_run_from_the_command_line_but_no_real_arm(guest, capsys):
+    name = guest(BLIND)
+    command = ["run", "--headless", "--seconds", "0.5", "--scene", "front-panel", "--json"]
+    assert main([*command, "--controller", name]) == 0
+    assert json.loads(capsys.readouterr().out)["rows"][0]["mode"] == name
+    assert main(["run", "--controller", name, "--driver", "ur:127.0.0.1"]) == 1
+    assert "leads a simulated arm" in capsys.readouterr().err

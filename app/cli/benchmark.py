@@ -28,8 +28,7 @@ class Benchmark:
     quick: bool = False
     """Only a few short sets and seeds: about a minute a controller."""
     sets: str = ""
-    """Only these sets, by their names in the list, commas between; quoted names may hold ';'
-    instead of ', '."""
+    """Only these sets, by their names in the list, commas between."""
     seeds: int | None = None
     """So many seeds of each set, not as many as the list says."""
     list: Path | None = None
@@ -61,7 +60,7 @@ class Benchmark:
             raise ConfigError("no controller; give --controllers qp or --controller FILE.py")
         bench = read_list(self.list, self.quick, self.seeds)
         if self.sets:
-            names = [n.strip().replace(";", ", ") for n in self.sets.split(",")]
+            names = [n.strip() for n in self.sets.split(",")]
             bench = only_sets(bench, names)
         folder = None if self.out is None else self.out / "trials"
         outcomes = run_benchmark(bench, controllers, locally(self.jobs), folder, _told)

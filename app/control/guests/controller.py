@@ -15,7 +15,7 @@ from app.control.guests.arm import Arm
 from app.control.guests.frames import frames_of
 from app.control.limits import bring_into, velocity_box
 from app.errors import FlinchError
-from app.messages import Array, Command, SensorFrame, freeze
+from app.messages import Array, Command, JointState, SensorFrame, freeze
 from app.robot.model import Robot
 
 
@@ -40,7 +40,8 @@ class Guest:
         self._newest.update((f.sensor, f) for f in now.frames)
         frames, arm = frames_of(now, self._newest), self._arm
         arm.dt, arm.params, arm.share, arm.applied = now.dt, now.params, now.share, now.applied
-        goal = None if now.goal is None else now.goal.T_base_tool
+        goal = None if now.goal is None else now.goal.T_base_tool.copy()
+        joints = JointState(now.joints.stamp, now.joints.q.copy(), now.joints.qd.copy())
         doing = "__init__"
         try:
             if self._mine is None:
@@ -49,7 +50,7 @@ class Guest:
                 doing = "reset"
                 self._mine.reset()
             self.anew, doing = False, "act"
-            asked = self._mine.act(frames, now.joints, goal)
+            asked = self._mine.act(frames, joints, goal)
         except (Exception, SystemExit) as error:
             at = traceback.extract_tb(error.__traceback__)[-1]
             where = f"line {at.lineno} of {at.filename.rpartition('/')[2]}"

@@ -2,12 +2,12 @@
 
 import hashlib
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
 from typing import Annotated, NamedTuple
 
-from msgspec import Meta
+from msgspec import Meta, structs
 
 from app.assets import asset_folder
 from app.control.guests.files import is_guest
@@ -135,11 +135,7 @@ def only_sets(bench: Benchmark, names: Sequence[str]) -> Benchmark:
     for name in names:
         if name not in known:
             raise ConfigError(f"no set {name!r}; {options(name, known)}")
-    table = ListTable(
-        bench.table.version, bench.table.world, bench.table.distance_kept_m, bench.table.seeds,
-        bench.table.quick_seeds, bench.table.rate_hz, tuple(known[n] for n in names),
-    )  # fmt: skip
-    return Benchmark(table, bench.digest, bench.quick, bench.seeds)
+    return replace(bench, table=structs.replace(bench.table, set=tuple(known[n] for n in names)))
 
 
 def short_name(controller: str) -> str:
