@@ -1,6 +1,6 @@
 """Facts into an engine: brain and plant put together. Decides nothing else."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,17 +38,19 @@ from app.world.cells import find_cell, is_scene, read_cell
 from app.world.scene import Scene, find_scene, load_scene
 from app.world.world import World
 
-# A study's own perception of the world, whose bodies of these names belong to the known cell.
-Perceive = Callable[[Robot, Skin, World, Collection[str]], Perceiver]
+# A study's own perception of a world of which a cell is known.
+Perceive = Callable[[Robot, Skin, World, Cell], Perceiver]
 PICTURE = 1.0 / 60.0  # [s] a page shows no more of the world than this
 
 
 def build_engine(
-    setup: Setup, clock: Clock, params: Params | None = None, perceive: Perceive | None = None
-) -> Engine:
+    setup: Setup, clock: Clock, params: Params | None = None, perceive: Perceive | None = None,
+    scene: Scene | None = None,
+) -> Engine:  # fmt: skip
     """A ready engine, not yet started; raises a FlinchError before anything has begun.
 
     perceive: makes a study's own perception of a simulated world.
+    scene:    a study's own, instead of the setup's file.
     """
     robot = build_robot(setup)
     skin = choose_skin(setup, robot)
@@ -56,7 +58,7 @@ def build_engine(
     if setup.program:
         own = load_program(find_program(setup.program))
         programs[own.name] = own
-    scene = load_scene(find_scene(setup.scene), setup.seed, setup.person)
+    scene = scene or load_scene(find_scene(setup.scene), setup.seed, setup.person)
     home, simulated = choose_home(setup, scene, robot), setup.driver == SIMULATED
     cell, learned_file = _cell(setup, scene)
     held: list[Arm | Source] = []
@@ -76,7 +78,7 @@ def build_engine(
                 begin=Mode.RUNNING if simulated else Mode.HOLDING,
                 scene=scene.title if world is not None else real_title(setup),
                 look_every=PICTURE if setup.apart else 0.0,
-                perception=perceive(robot, skin, world, [b.name for b in cell.boxes])
+                perception=perceive(robot, skin, world, cell)
                 if perceive and world is not None else None,
             ),
         )  # fmt: skip

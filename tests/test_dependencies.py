@@ -19,6 +19,7 @@ MODULES = {  # of a package, where they are not called as it is
     "pin": {"pinocchio", "coal"},
     "pin-pink": {"pink"},
     "pyserial": {"serial"},
+    "pyyaml": {"yaml"},
     "ur-rtde": {"rtde_control"},
 }
 EXTRAS = [r for extra in PROJECT["optional-dependencies"].values() for r in extra]

@@ -7,11 +7,12 @@ import pytest
 from app.cli import main
 from app.errors import ConfigError
 from app.studies.bootstrap import bootstrap
-from app.studies.panels import compared
+from app.studies.experiment import run_spec
+from app.studies.experiments.worlds import split
 from app.studies.pool import each, shard_of
-from app.studies.random_worlds import random_worlds, split
-from app.studies.trial_log import Trial
-from app.studies.world_trial import ORACLE, TrialSpec, run_spec
+from app.studies.study import Study, locally, run_study, tell
+from app.studies.trial import TrialResult, TrialSpec
+from app.studies.world_trial import condition
 
 
 def test_shards_are_apart_and_leave_nothing_out():
@@ -29,7 +30,7 @@ def test_several_processes_give_the_results_of_one():
 
 
 def test_a_trial_is_the_same_whatever_was_run_before_it():
-    spec, other = TrialSpec(5, "qp", 0.4), TrialSpec(6, "sm", 0.2)
+    spec, other = TrialSpec("worlds", "QP", 5, 0.4), TrialSpec("worlds", "S", 6, 0.2)
     before = run_spec(spec)
     run_spec(other)
     assert run_spec(spec) == before and not before.fault
@@ -37,14 +38,18 @@ def test_a_trial_is_the_same_whatever_was_run_before_it():
 
 @pytest.mark.slow
 def test_random_worlds_are_the_same_on_two_processes_and_from_a_log(tmp_path):
-    log = tmp_path / "worlds.jsonl"
-    alone, together = random_worlds(2, 0.3), random_worlds(2, 0.3, jobs=2, log=log)
+    log, study = tmp_path / "trials.jsonl", Study("worlds", trials=2, seconds=0.3)
+    alone = tell(study, run_study(study, locally()))
+    together = tell(study, run_study(study, locally(2), log))
     assert together.rows == alone.rows and len(log.read_text().splitlines()) == 8
-    assert random_worlds(2, 0.3, log=log).rows == alone.rows
+    assert tell(study, run_study(study, locally(), log)).rows == alone.rows
 
 
-def test_a_trial_that_dies_is_a_trial_with_its_cause():
-    assert "nobody" in run_spec(TrialSpec(1, "nobody", 0.1)).fault
+def test_random_worlds_have_neither_sides_nor_faults():
+    assert [s.condition for s in Study("worlds", trials=1).specs()] == ["QP", "WB", "S", "oracle"]
+    for wrong in ("QP+dead:3", "QP alone", "QPL"):
+        with pytest.raises(ConfigError, match="condition"):
+            condition(wrong)
 
 
 def test_what_the_oracle_touches_as_well_is_nobodys_fault():
@@ -52,14 +57,12 @@ def test_what_the_oracle_touches_as_well_is_nobodys_fault():
         {"cause": cause, "phantom_m": phantom}
         for cause, phantom in (("not seen", 0.0), ("avoidable", 0.05), ("avoidable", 0.2))
     )
-    trials = [
-        Trial(1, "qp", touch=seen), Trial(1, ORACLE, touch=seen),
-        Trial(2, "qp", touch=unseen), Trial(2, ORACLE),
-        Trial(3, "qp", touch=seen), Trial(3, ORACLE),
-        Trial(4, "qp"), Trial(4, ORACLE, touch=seen),
-        Trial(5, "qp", touch=fled), Trial(5, ORACLE),
+    touches = [
+        (1, "QP", seen), (1, "oracle", seen), (2, "QP", unseen), (2, "oracle", None),
+        (3, "QP", seen), (3, "oracle", None), (4, "QP", None), (4, "oracle", seen),
+        (5, "QP", fled), (5, "oracle", None),
     ]  # fmt: skip
-    row = split("qp", trials)
+    row = split("QP", [TrialResult(seed, name, {"touch": t}) for seed, name, t in touches])
     assert (row["nobody"], row["control"]) == (1, 1)
     assert (row["perception_unseen"], row["perception_phantom"]) == (1, 1)
 
@@ -73,21 +76,6 @@ def test_an_interval_holds_its_mean_and_is_narrow_where_all_agree():
     assert wide.high == pytest.approx(1.96 / 20.0, rel=0.1)
 
 
-def test_before_the_panels_both_controllers_are_compared_seed_by_seed():
-    found = [
-        {"scene": "front-panel", "mode": mode, "seed": i, "steady_m": d, "least_m": d - 0.1}
-        for mode, distances in (("wb", (0.30, 0.40)), ("sm", (0.15, 0.25)))
-        for i, d in enumerate(distances)
-    ]
-    rows, check = compared("front-panel", found)
-    assert [r["name"] for r in rows] == [f"front-panel {x}" for x in ("wb", "sm", "wb - sm")]
-    assert rows[0]["steady_m"] == pytest.approx(0.35) and rows[0]["low_m"] < rows[0]["high_m"]
-    # the seeds differ by far more than the controllers do in each of them
-    assert rows[2]["low_m"] == pytest.approx(0.15) and rows[2]["high_m"] == pytest.approx(0.15)
-    assert check.ok and check.value == pytest.approx(0.15)
-
-
-@pytest.mark.parametrize(("what", "wrong"), [("worlds", "--jobs"), ("panels", "--seeds")])
-def test_numbers_that_make_no_study_are_refused_before_it(what, wrong, capsys):
-    assert main(["experiment", what, wrong, "0"]) == 1
+def test_numbers_that_make_no_study_are_refused_before_it(capsys):
+    assert main(["experiment", "worlds", "--jobs", "0"]) == 1
     assert "must be positive" in capsys.readouterr().err

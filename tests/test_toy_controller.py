@@ -18,7 +18,8 @@ from app.judge.truth import TrueDistance
 from app.messages import Command, freeze
 from app.plot import plot_tradeoff
 from app.studies import tradeoff as study
-from app.studies.world_trial import Stage, TrialSpec, run_trial
+from app.studies.trial import TrialSpec
+from app.studies.world_trial import Stage, condition, run_trial
 from app.ui.panels.plot_panel import sample
 from tests.ui_page import run, show, snapshot, the_built, the_clock, the_engine, the_page
 
@@ -89,9 +90,10 @@ def test_it_can_be_chosen_on_the_page_and_its_distances_are_drawn(page, engine):
 def test_it_takes_part_in_the_studies_and_in_their_picture(robot, skin, tmp_path, monkeypatch):
     assert {"toy", "qp", "wb"} <= {k.name for k in taking_part("tradeoff")}
     truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
-    trial = run_trial(Stage(robot, skin, truth), TrialSpec(3, "toy", 1.0, 100.0))
+    spec = TrialSpec("worlds", "toy", 3, 1.0, 100.0)
+    trial = run_trial(Stage(robot, skin, truth), spec, condition("toy"))
     assert "toy" in {k.name for k in taking_part("worlds")}
-    assert trial.finite and not trial.fault and max(trial.speed, trial.reach) <= 1e-9
+    assert trial.finite and not trial.stop and max(trial.speed, trial.reach) <= 1e-9
     only = [k for k in taking_part("tradeoff") if k.name in ("toy", "wb", "qp")]
     monkeypatch.setattr(study, "taking_part", lambda name: only)
     report = study.tradeoff(

@@ -4,14 +4,14 @@ A file in `app/studies/experiments` makes one with `register`; the command line,
 report and the benchmark know none of them by name.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from app.errors import ConfigError, options
 from app.report import Check
 from app.studies.case import Case, run_case
-from app.studies.conditions import Condition, read_condition
+from app.studies.conditions import AT, Condition, read_condition
 from app.studies.trial import TrialResult, TrialSpec
 
 
@@ -27,7 +27,7 @@ class Experiment:
     """What is known of an experiment.
 
     name:       on the command line.   help: one line.
-    conditions: those that are run unless others are asked for.
+    conditions: those that are run unless others are asked for, of all variants.
     trials, seconds: so many of each condition, so long each, unless others are asked for.
     case:       what a trial needs, built in the process that runs it.
     tell:       the table of trials, in the order wanted; those that died are left out and told of
@@ -35,6 +35,12 @@ class Experiment:
     sides:      conditions end with R or L.
     before:     conditions that the table also needs, run once, with the first seed.
     run:        runs a trial; None: by `app.studies.case.run_case`.
+    check:      ConfigError for a condition that it cannot run; None: by the common grammar.
+    variants:   of the situation; one that is asked for stands after @ in a condition.
+    variant:    ConfigError for another variant that there is not; None: there are no others.
+    paper:      what others have published, by condition and figure.
+    verdicts:   what its checks are called that hold, and that do not.
+    looked_at:  figures that it is about, for the report's pictures and comparisons.
     """
 
     name: str
@@ -48,10 +54,23 @@ class Experiment:
     before: Callable[[Sequence[str]], list[str]] = lambda conditions: []
     run: Callable[[TrialSpec], TrialResult] | None = None
     check: Callable[[str], object] | None = None
+    variants: tuple[str, ...] = ()
+    variant: Callable[[str], object] | None = None
+    paper: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    verdicts: tuple[str, str] = ("holds", "does not hold")
+    looked_at: tuple[str, ...] = ("true_least_m", "true_mean_m", "below_kept", "path_error_m")
+
+    def wanted(self, conditions: Sequence[str] = ()) -> tuple[str, ...]:
+        """Those asked for, or its own; one without a variant stands for it in each of them."""
+        out: list[str] = []
+        for name in conditions or self.conditions:
+            every = self.variants if AT not in name else ()
+            out += [name + AT + variant for variant in every] or [name]
+        return tuple(out)
 
     def read(self, condition: str) -> Condition:
         """The condition of a name; ConfigError for one that there is not."""
-        return read_condition(condition, self.sides)
+        return read_condition(condition, self.sides, self.variants, self.variant)
 
     def check_condition(self, condition: str) -> None:
         """ConfigError for a condition that this experiment cannot run."""

@@ -8,12 +8,13 @@ Everything else is as with sensors: the same search for pairs, of the same numbe
 speed of a point is that of its body, from its poses at this tick and the last.
 """
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
 from app.cell.learned import NOTHING_LEARNED, Learned
+from app.cell.parts import Cell
 from app.config import Params
 from app.errors import StudyError
 from app.judge.sampling import surface_points
@@ -33,14 +34,11 @@ SPACING = 0.03  # [m] a plane at d is told to be at most sqrt(d^2 + SPACING^2) a
 
 
 class TruePerception:
-    """Perceives `world` as it is at each tick; only for controllers that want several pairs.
+    """Perceives `world` as it is at each tick, but for the bodies of the known cell; only for
+    controllers that want several pairs."""
 
-    leave_out: names of bodies that belong to the known cell.
-    """
-
-    def __init__(
-        self, robot: Robot, skin: Skin, world: World, leave_out: Collection[str] = ()
-    ) -> None:
+    def __init__(self, robot: Robot, skin: Skin, world: World, cell: Cell | None = None) -> None:
+        leave_out = [b.name for b in cell.boxes] if cell else ()
         self._robot, self._skin, self._world = robot, skin, world
         shapes = world.shapes()
         self._rows = [i for i, name in enumerate(shapes) if name not in leave_out]

@@ -1,78 +1,69 @@
 """The paper's claim before its panels: the whole body stays farther away than sensor mounts do.
 
-The same seed gives WB and SM the same sensors, so what is compared is their difference seed by
-seed: steady true distance of the whole arm, mean over the last `STEADY` seconds of a run.
+The same seed gives every controller the same sensors, so what is compared is their difference seed
+by seed: steady true distance of the whole arm, mean over the last seconds of a run. The arm must
+not arrive at its goal, which lies behind the plate, or on it.
 """
 
 from collections.abc import Sequence
-from functools import partial
-from typing import Any, NamedTuple
 
-from app.config import Params
-from app.report import Check, Report
-from app.setup import Setup
-from app.studies.bootstrap import bootstrap
-from app.studies.headless import run
-from app.studies.pool import each
+from msgspec.structs import replace
 
-SCENES = ("front-panel", "side-panel")
-WHOLE, MOUNTS = "wb", "sm"
-STEADY = 2.0  # [s]
+from app.errors import StudyError
+from app.report import Check
+from app.studies.case import Case, setup_of
+from app.studies.comparisons import comparison_rows
+from app.studies.conditions import Condition
+from app.studies.experiment import Told
+from app.studies.rows import grouped, row_of
+from app.studies.settled import settled
+from app.studies.trial import TrialResult, TrialSpec
+from app.world.scene import find_scene, read_scene, scene_of
+from app.world.tables import SceneTable
+
+CONTROLLERS = ("S", "WB", "QP", "paper", "oracle")
+PLATE = "plate"
 FARTHER = 0.10  # [m] that the whole body stays farther away
+FIRST = ("steady_m", "goal_error_m")
+COMPARED = ("steady_m", "true_least_m", "goal_error_m", "jerk_rms")
 
 
-class PanelSpec(NamedTuple):
-    """One run before a panel."""
-
-    scene: str
-    mode: str
-    seed: int
-
-
-def panels(
-    seeds: int = 10, seconds: float = 8.0, seed: int = 0, *,
-    jobs: int = 1, world: str = "honest", rate: float = 125.0,
-) -> Report:  # fmt: skip
-    """Both controllers before both panels, `seeds` runs each."""
-    specs = [
-        PanelSpec(scene, mode, seed + i)
-        for i in range(seeds) for scene in SCENES for mode in (WHOLE, MOUNTS)
-    ]  # fmt: skip
-    found = list(each(partial(run_panel, seconds=seconds, world=world, rate=rate), specs, jobs))
-    rows, checks = [], []
-    for scene in SCENES:
-        more, check = compared(scene, [r for r in found if r["scene"] == scene])
-        rows += more
-        checks.append(check)
-    return Report("panels", seed, rows, checks)
+def before_plate(
+    spec: TrialSpec, c: Condition, scene: str, axis: int, plate: float = 0.0, goal: float = 0.0
+) -> Case:
+    """A trial in a scene with its plate and its goal moved by [m] along an axis of the base."""
+    path = find_scene(scene)
+    table = moved(read_scene(path), axis, plate, goal)
+    built = scene_of(table, path, spec.seed)
+    return Case(setup_of(spec, c, scene), c.params(), scene=built, more=settled)
 
 
-def run_panel(spec: PanelSpec, seconds: float, world: str, rate: float) -> dict[str, Any]:
-    """One run, as a row."""
-    setup = Setup(scene=spec.scene, seed=spec.seed, rate=rate, world=world)
-    record, _ = run(setup, seconds, Params(mode=spec.mode))
-    return {
-        "scene": spec.scene,
-        "mode": spec.mode,
-        "seed": spec.seed,
-        "steady_m": record.steady(STEADY),
-        "least_m": min(record.true_distance),
-    }
+def moved(table: SceneTable, axis: int, plate: float, goal: float) -> SceneTable:
+    """The scene with its plate and its goal elsewhere."""
+    if table.goal is None:
+        raise StudyError("before a plate the arm needs a goal; give the scene one")
+    bodies = tuple(
+        replace(b, position_m=_along(b.position_m, axis, plate)) if b.name == PLATE else b
+        for b in table.body
+    )
+    place = _along(table.goal.position_m, axis, goal)
+    return replace(table, body=bodies, goal=replace(table.goal, position_m=place))
 
 
-def compared(scene: str, found: Sequence[dict[str, Any]]) -> tuple[list[dict[str, Any]], Check]:
-    """Rows of one scene: each controller, and their difference with its interval."""
-    steady = {(r["mode"], r["seed"]): r["steady_m"] for r in found}
-    seeds = sorted({r["seed"] for r in found})
-    rows: list[dict[str, Any]] = []
-    for mode in (WHOLE, MOUNTS):
-        mean, low, high = bootstrap([steady[mode, s] for s in seeds])
-        least = min(r["least_m"] for r in found if r["mode"] == mode)
-        rows.append(
-            {"name": f"{scene} {mode}", "seeds": len(seeds), "steady_m": mean, "low_m": low,
-             "high_m": high, "least_m": least}
-        )  # fmt: skip
-    name = f"{scene} {WHOLE} - {MOUNTS}"
-    mean, low, high = bootstrap([steady[WHOLE, s] - steady[MOUNTS, s] for s in seeds])
-    rows.append({"name": name, "seeds": len(seeds), "steady_m": mean, "low_m": low, "high_m": high})
-    return rows, Check(f"{name}, steady", mean, "m", FARTHER, at_least=True)
+def _along(
+    position: tuple[float, float, float], axis: int, by: float
+) -> tuple[float, float, float]:
+    x, y, z = (p + by * (i == axis) for i, p in enumerate(position))
+    return x, y, z
+
+
+def told(good: Sequence[TrialResult]) -> Told:
+    """A row for each condition, their differences, and the paper's claim of each place."""
+    rows = [row_of(name, trials, FIRST) for name, trials in grouped(good).items()]
+    differences = comparison_rows(good, COMPARED)
+    checks = [
+        Check(d["name"], d["mean"], "m", FARTHER, at_least=True)
+        for d in differences
+        if d["name"].startswith("WB") and d["name"].endswith("steady_m") and " - S" in d["name"]
+    ]
+    return Told([*rows, *differences], checks)

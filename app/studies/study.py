@@ -49,7 +49,7 @@ class Study:
     def specs(self) -> list[TrialSpec]:
         """Every trial that is wanted, in the order in which it is told of."""
         kind, s = self._kind, self.settings
-        conditions = self.conditions or kind.conditions
+        conditions = kind.wanted(self.conditions)
         for name in conditions:
             kind.check_condition(name)
         trials = kind.trials if self.trials is None else self.trials

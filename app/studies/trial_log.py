@@ -3,28 +3,11 @@
 import json
 import os
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, Generic, Protocol, TypeVar, cast
 
-import numpy as np
-
 from app.errors import ConfigError
-
-
-@dataclass
-class Trial:
-    """What one controller did in one world; excesses over limits, worst of all ticks."""
-
-    seed: int
-    mode: str
-    least: float = np.inf  # [m] true distance
-    speed: float = -np.inf  # [rad/s]
-    change: float = -np.inf  # [rad/s^2] of the command
-    reach: float = -np.inf  # [rad]
-    finite: bool = True
-    fault: str = ""
-    touch: dict[str, Any] | None = None
 
 
 class Logged(Protocol):

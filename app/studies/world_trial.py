@@ -4,52 +4,41 @@ A trial is a pure function of its specification. It ends when the arm touches so
 """
 
 from collections import deque
-from dataclasses import replace
+from dataclasses import asdict, dataclass
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from app.actions import SetGoal
+from app.cell.parts import Cell
 from app.choices import build_robot_and_skin
-from app.config import Params
-from app.control.registry import kind_of
+from app.errors import ConfigError
 from app.judge.blame import AHEAD, Judgement, Moment, seen_distances
 from app.judge.contact import speed_towards
 from app.judge.least import LeastDistance
 from app.judge.run import JUDGED_EVERY
 from app.judge.truth import TrueDistance
 from app.messages import Array, Goal, Mode, Snapshot
+from app.perception.perceiver import Perceiver
 from app.plant.simulated import SimulatedPlant
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
 from app.robot.skin import Skin
 from app.runtime import Engine
-from app.sensing.budget import IDEAL, read_budget
+from app.sensing.budget import read_budget
 from app.sensing.simulated import SimulatedSkin
 from app.setup import Setup
+from app.studies.conditions import Condition, read_condition
+from app.studies.one_pair import OnePairALink
 from app.studies.oracle import TruePerception
 from app.studies.random_scene import random_goal, random_world
-from app.studies.trial_log import Trial
+from app.studies.trial import TrialResult, TrialSpec
 from app.timing import ManualClock
 from app.wiring import Start, assemble
 from app.world.world import World
 
-ORACLE = "oracle"  # the default controller that perceives the truth
 NEW_GOAL = 4.0  # [s] between goals
-
-
-class TrialSpec(NamedTuple):
-    """mode: a controller's name, or `ORACLE`.   seconds: at most.   rate: [Hz] of its ticks.
-
-    world: error budget of the simulation, drawn with the seed; see `app.sensing.budget`.
-    """
-
-    seed: int
-    mode: str
-    seconds: float = 10.0
-    rate: float = 125.0
-    world: str = "honest"
 
 
 class Stage(NamedTuple):
@@ -60,33 +49,53 @@ class Stage(NamedTuple):
     truth: TrueDistance  # of the robot as it is believed to be
 
 
+@dataclass
+class Found:
+    """What one controller did in one world; excesses over limits, worst of all ticks."""
+
+    least: float = np.inf  # [m] true distance
+    speed: float = -np.inf  # [rad/s]
+    change: float = -np.inf  # [rad/s^2] of the command
+    reach: float = -np.inf  # [rad]
+    finite: bool = True
+    stop: str = ""
+    touch: dict[str, Any] | None = None
+
+
 @cache
-def stage() -> Stage:
-    """The UR10e with its skin."""
-    robot, skin = build_robot_and_skin(Setup(robot="ur10e"))
-    return Stage(robot, skin, TrueDistance([(b.vertices, b.faces) for b in robot.bodies]))
+def stage(skin: str = "") -> Stage:
+    """The UR10e in a skin, its own where none is named."""
+    robot, laid = build_robot_and_skin(Setup(robot="ur10e", skin=skin))
+    return Stage(robot, laid, TrueDistance([(b.vertices, b.faces) for b in robot.bodies]))
 
 
-def run_spec(spec: TrialSpec) -> Trial:
-    """The trial of a specification; one that dies is a trial with its cause."""
-    try:
-        return run_trial(stage(), spec)
-    except Exception as error:
-        return Trial(spec.seed, spec.mode, fault=f"the trial died: {error!r}")
+def run_world(spec: TrialSpec) -> TrialResult:
+    """The trial of a specification."""
+    c = condition(spec.condition)
+    found = run_trial(stage(c.skin or spec.skin), spec, c)
+    return TrialResult(spec.seed, spec.condition, asdict(found))
 
 
-def run_trial(stage: Stage, spec: TrialSpec, params: Params | None = None) -> Trial:
+def condition(name: str) -> Condition:
+    """The condition of a name; ConfigError for one that is not tried in random worlds."""
+    c = read_condition(name, sides=False)
+    if c.alone or c.fault:
+        raise ConfigError(f"condition {name!r}: random worlds know neither alone nor faults")
+    return c
+
+
+def run_trial(stage: Stage, spec: TrialSpec, c: Condition) -> Found:
     """One controller in the world of a seed."""
     robot, truth = stage.robot, stage.truth
     rng = np.random.default_rng([spec.seed, 7])
     world = random_world(robot, truth, rng)
     goals = [random_goal(robot, rng) for _ in range(int(spec.seconds / NEW_GOAL) + 2)]
-    engine = _engine(stage, spec, world, goals[0], params)
-    trial = Trial(spec.seed, spec.mode)
-    watch = _Watch(trial, engine, truth, spec.rate)
+    engine = _engine(stage, spec, c, world, goals[0])
+    found = Found()
+    watch = _Watch(found, engine, truth, spec.rate)
     later = deque((turn * NEW_GOAL, goal) for turn, goal in enumerate(goals[1:], start=1))
     try:
-        while trial.touch is None:
+        while found.touch is None:
             s = engine.step()
             watch.update(s)
             if s.stamp >= spec.seconds:
@@ -95,24 +104,16 @@ def run_trial(stage: Stage, spec: TrialSpec, params: Params | None = None) -> Tr
                 engine.post(SetGoal(later.popleft()[1].T_base_tool))
     finally:
         engine.close()
-    return trial
+    return found
 
 
-def _engine(
-    stage: Stage, spec: TrialSpec, world: World, goal: Goal, params: Params | None
-) -> Engine:
-    """Each controller as it is meant to be run: the paper's have no memory."""
+def _engine(stage: Stage, spec: TrialSpec, c: Condition, world: World, goal: Goal) -> Engine:
     robot, skin, _ = stage
-    mode = Params().mode if spec.mode == ORACLE else spec.mode
-    chosen = replace(params or Params(memory=kind_of(mode).memory[0]), mode=mode)
-    perception = TruePerception(robot, skin, world) if spec.mode == ORACLE else None
-    start = Start(params=chosen, goal=goal, perception=perception)
-    budget = read_budget(spec.world)
-    if spec.mode == ORACLE:  # what its sensors say is nothing to it, as long as they speak
-        budget = replace(
-            IDEAL, encoders=budget.encoders, kinematics=budget.kinematics, body=budget.body,
-            mounting=budget.mounting,  # hoses are tied where they are in no sensor's view
-        )  # fmt: skip
+    perception: Perceiver | None = TruePerception(robot, skin, world) if c.oracle else None
+    if c.one_pair:
+        perception = OnePairALink(robot, skin, world, Cell())
+    start = Start(params=c.params(), goal=goal, perception=perception)
+    budget = read_budget(c.budget(spec.world))
     source = SimulatedSkin(robot, skin, world, spec.seed, budget=budget)
     arm = SimulatedArm(robot, noise=source.truth.encoders, seed=spec.seed)
     return assemble(robot, skin, arm, source, world, ManualClock(), start, spec.rate)
@@ -121,13 +122,13 @@ def _engine(
 class _Watch:
     """The judge of one trial: it looks at the plant, where everything is as it is."""
 
-    def __init__(self, trial: Trial, engine: Engine, truth: TrueDistance, rate: float) -> None:
+    def __init__(self, found: Found, engine: Engine, truth: TrueDistance, rate: float) -> None:
         plant = engine.plant
         assert isinstance(plant, SimulatedPlant)
         self._plant, robot, believed = plant, plant.robot, engine.robot
         if robot.bodies is not believed.bodies:
             truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
-        self._trial, self._robot, self._truth = trial, robot, truth
+        self._found, self._robot, self._truth = found, robot, truth
         self._moving = np.flatnonzero(robot.supports.any(axis=1))
         self._previous: Array = np.zeros(robot.n)
         self._period, self._judged = 1.0 / rate, -np.inf
@@ -139,7 +140,7 @@ class _Watch:
 
     def update(self, s: Snapshot) -> None:
         """Take note of one tick."""
-        t, robot, qd = self._trial, self._robot, s.command.qd
+        t, robot, qd = self._found, self._robot, s.command.qd
         t.finite &= bool(np.isfinite(qd).all())
         t.speed = max(t.speed, float((np.abs(qd) - robot.qd_max).max()))
         rate_of_change = np.abs(qd - self._previous) / self._period - robot.qdd_max
@@ -147,8 +148,8 @@ class _Watch:
         outside = np.maximum(s.joints.q - robot.q_max, robot.q_min - s.joints.q)
         t.reach = max(t.reach, float(outside.max()))
         self._previous = qd
-        if s.status.mode is Mode.STOPPED and not t.fault:
-            t.fault = s.status.reason
+        if s.status.mode is Mode.STOPPED and not t.stop:
+            t.stop = s.status.reason
         if s.stamp < self._judged + JUDGED_EVERY:
             return
         self._judged = s.stamp

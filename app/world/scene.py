@@ -54,8 +54,17 @@ def load_scene(path: Path, seed: int = 0, people: str = "") -> Scene:
     people: who is there instead of the scene's own, see `app.world.people`.
     Raises WorldError naming the file, the entry, the key and the remedy.
     """
+    return scene_of(read_scene(path), path, seed, people)
+
+
+def read_scene(path: Path) -> SceneTable:
+    """What stands in a file, for who changes it before it becomes a scene."""
+    return read_toml(path, SceneTable, WorldError, path.name)
+
+
+def scene_of(table: SceneTable, path: Path, seed: int = 0, people: str = "") -> Scene:
+    """The scene that a table describes; `path` names it, and its folder has its files."""
     where, folder = path.name, path.parent
-    table = read_toml(path, SceneTable, WorldError, where)
     table = replace(table, person=people_instead(table.person, people))
     for kind, entries in (
         ("body", table.body), ("person", table.person),

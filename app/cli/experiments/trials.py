@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 from app.cli.experiments.running import Running
+from app.cli.experiments.told import write_told
 from app.errors import ConfigError
 
 
@@ -44,6 +45,7 @@ class Trials(Running):
     def __call__(self) -> None:
         from app.studies.check import check_study
         from app.studies.folder import Folder
+        from app.studies.report import check_report
         from app.studies.study import Part, Study, tell
 
         study = Study(
@@ -51,6 +53,8 @@ class Trials(Running):
             self.seconds, self.seed, self.world, self.rate, self.skin,
         )  # fmt: skip
         check_study(study)
+        if self.out is not None:
+            check_report()
         folder = None if self.out is None else Folder(self.out)
         with nullcontext() if folder is None else folder.writing(self.shard):
             part = Part(study, study.log())
@@ -64,6 +68,7 @@ class Trials(Running):
             report = tell(study, results)
             if folder is not None:
                 folder.write(study, results, report)
+                write_told(study, results, report, folder.path)
         self.show(report)
 
 

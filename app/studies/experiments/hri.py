@@ -13,8 +13,11 @@ import numpy as np
 from app.report import Check
 from app.studies.bootstrap import bootstrap
 from app.studies.case import Case, setup_of
-from app.studies.conditions import ALONE, Condition
+from app.studies.comparisons import comparison_rows
+from app.studies.conditions import ALONE, Condition, words_of
 from app.studies.experiment import Experiment, Told, register
+from app.studies.moves import watch_moves
+from app.studies.rows import grouped, row_of
 from app.studies.trial import TrialResult, TrialSpec
 
 PAPER = {"SR": (0.281, 0.135), "SL": (0.169, 0.100), "WBR": (0.279, 0.097), "WBL": (0.295, 0.214)}
@@ -22,9 +25,7 @@ DEFAULT = ("SR", "SL", "WBR", "WBL", "QPR", "QPL")
 PROGRAM = "car-door"
 FARTHER = 0.05  # [m] WBL - SL, at least
 AS_FAR = 0.10  # share of SR by which WBR may differ
-SUMMED = ("contacts", "stops")
-WORST = ("true_least_m", "cell_least_m")
-LEFT_OUT = ("nearest_link", "reactions")
+COMPARED = ("paper_mean_m", "true_mean_m", "true_least_m", "waypoints_per_min")
 
 
 def case(spec: TrialSpec, c: Condition) -> Case:
@@ -32,7 +33,7 @@ def case(spec: TrialSpec, c: Condition) -> Case:
     setup = setup_of(
         spec, c, f"cell-{c.side or 'left'}", person="none" if c.alone else "", program=PROGRAM
     )
-    return Case(setup, c.params())
+    return Case(setup, c.params(), watch=watch_moves)
 
 
 def alone(conditions: Sequence[str]) -> list[str]:
@@ -42,28 +43,24 @@ def alone(conditions: Sequence[str]) -> list[str]:
 
 def _alone(condition: str) -> str:
     """The condition that its work is compared with."""
-    head = min((i for i in (condition.find("+"), condition.find("-")) if i > 0), default=None)
-    return condition[:head][:-1] + ALONE
+    return words_of(condition)[0][:-1] + ALONE
 
 
 def told(good: Sequence[TrialResult]) -> Told:
-    """A row for each condition, beside the paper's, and the paper's comparisons."""
-    names = list(dict.fromkeys(t.mode for t in good))
+    """A row for each condition, beside the paper's, and conditions compared seed by seed."""
+    of = grouped(good)
     work = {t.mode: t.figures["waypoints_per_min"] for t in good if t.mode.endswith(ALONE)}
-    of = {n: sorted((t for t in good if t.mode == n), key=lambda t: t.seed) for n in names}
-    rows = [row(n, of[n], work.get(_alone(n))) for n in names]
+    rows = [row(n, of[n], work.get(_alone(n))) for n in of]
+    found = {r["name"]: r for r in comparison_rows(good, COMPARED)}
     checks = []
-    for key in ("paper_mean_m", "true_mean_m"):
-        if {"WBL", "SL"} <= set(names):
-            d = difference(of["WBL"], of["SL"], key)
-            rows.append({"name": f"WBL - SL, {key}", **d})
+    for key in COMPARED[:2]:
+        if d := found.get(f"WBL - SL, {key}"):
             checks.append(Check(f"WBL - SL, {key}", d["mean"], "m", FARTHER, at_least=True))
             checks.append(Check(f"WBL - SL, {key}, low", d["low"], "m", 0.0, at_least=True))
-        if {"WBR", "SR"} <= set(names):
-            d = difference(of["WBR"], of["SR"], key)
-            rows.append({"name": f"WBR - SR, {key}", **d})
+        if d := found.get(f"WBR - SR, {key}"):
             share = abs(d["mean"]) / float(np.mean([t.figures[key] for t in of["SR"]]))
             checks.append(Check(f"|WBR - SR| / SR, {key}", share, "", AS_FAR))
+    rows += found.values()
     return Told(rows, checks)
 
 
@@ -80,28 +77,13 @@ def row(name: str, trials: Sequence[TrialResult], alone: float | None) -> dict[s
     true = bootstrap([f["true_mean_m"] for f in figures])
     out["true_dbar_m"], out["true_low_m"], out["true_high_m"] = true
     out["true_sigma_max_m"] = max(f["true_std_m"] for f in figures)
-    for key in figures[0]:
-        if key in LEFT_OUT or key.endswith(("_mean_m", "_std_m")):
-            continue
-        values = np.array([f[key] for f in figures], dtype=np.float64)
-        known = values[np.isfinite(values)]
-        if key in SUMMED:
-            out[key] = int(values.sum())
-        elif len(known):
-            out[key] = float(known.min() if key in WORST else known.mean())
+    out |= row_of(name, trials, left_out="_mean_m _std_m")
     if alone:
         out["work"] = out["waypoints_per_min"] / alone
     if any(figures[0]["nearest_link"]):
         out["nearest"] = _nearest(figures)
     # nothing is near who works alone
     return {k: v for k, v in out.items() if not isinstance(v, float) or np.isfinite(v)}
-
-
-def difference(a: Sequence[TrialResult], b: Sequence[TrialResult], key: str) -> dict[str, float]:
-    """Mean of a - b seed by seed, with its interval."""
-    other = {t.seed: t.figures[key] for t in b}
-    mean, low, high = bootstrap([t.figures[key] - other[t.seed] for t in a if t.seed in other])
-    return {"mean": mean, "low": low, "high": high}
 
 
 def _nearest(figures: Sequence[dict[str, Any]]) -> dict[str, float]:
@@ -115,5 +97,9 @@ register(
     Experiment(
         "hri", "The paper's trials beside a person, with the paper's figures next to ours.",
         DEFAULT, 10, 60.0, case, told, sides=True, before=alone,
+        paper={n: {"paper_mean_m": d, "paper_std_m": s} for n, (d, s) in PAPER.items()},
+        verdicts=("reproduced", "not reproduced"),
+        looked_at=("paper_mean_m", "true_mean_m", "true_least_m", "below_kept", "work",
+                   "path_error_m", "reaction_s"),
     )
 )  # fmt: skip
