@@ -95,10 +95,10 @@ class Hanging:
         points: Array,
         posture: Posture,
         farthest: float,
-        out: NDArray[np.bool_],
+        out: NDArray[np.int16],
     ) -> None:
-        """Mark in `out` (S,) which `asked` zones (S,) of `sensors` (m,) may see what hangs on the
-        robot behind their `points` (S, 3), up to `farthest` [m]."""
+        """Write to `out` (S,), where it is -1, on which link hangs what the `asked` zones (S,) of
+        `sensors` (m,) may see behind their `points` (S, 3), up to `farthest` [m]."""
         _mark_behind(sensors, asked, points, posture.T_base_link, self._wraps, farthest, out)
 
 
@@ -193,7 +193,7 @@ def _mark_behind(
     T_base_link: Array,
     wraps: Wraps,
     farthest: float,
-    out: NDArray[np.bool_],
+    out: NDArray[np.int16],
 ) -> None:
     """See `Hanging.behind`."""
     lens = np.empty(3)
@@ -203,13 +203,15 @@ def _mark_behind(
             o = wraps.origin[k]
             lens[a] = T[a, 3] + T[a, 0] * o[0] + T[a, 1] * o[1] + T[a, 2] * o[2]
         for zone in range(wraps.first[k], wraps.first[k + 1]):
-            if not asked[zone] or out[zone]:
+            if not asked[zone] or out[zone] >= 0:
                 continue
             for link in range(len(T_base_link)):
-                out[zone] |= wraps.moves[k, link] and _passes(
+                if wraps.moves[k, link] and _passes(
                     points[zone], lens, wraps.aside[k], farthest, T_base_link[link],
                     wraps.plane[wraps.face[link] : wraps.face[link + 1]],
-                )  # fmt: skip
+                ):  # fmt: skip
+                    out[zone] = link
+                    break
 
 
 @compiled
