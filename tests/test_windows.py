@@ -45,7 +45,7 @@ class Sensor:
             skin.traits.worth,
         )  # fmt: skip
         self.slot, self.k, self.frames = 64 * K + ZONE, K, 0
-        self.drawn = np.ones(skin.slots, dtype=bool)
+        self.behind = int(skin.link[K])
 
     def place(self, away, q):
         """(3,) [m] of what the zone sees so far away, base frame."""
@@ -69,8 +69,8 @@ class Sensor:
             reports.distance[self.slot], reports.targets[self.slot] = self.away(place, q), 1
         stamp = np.full(self.skin.count, self.frames / 15)
         sight = Sight(points, stamp, self.robot.posture(q).T_base_link)
-        mine = self.drawn if drawn else ~self.drawn
-        self.windows.mark(np.array([K]), mine, sight, reports, self.lenses, verdict)
+        behind = np.full(S, self.behind if drawn else -1, dtype=np.int16)
+        self.windows.mark(np.array([K]), behind, sight, reports, self.lenses, verdict)
         return Verdict(verdict[self.slot])
 
 
@@ -107,6 +107,16 @@ def test_what_stands_is_believed_when_the_arm_has_come_nearer(robot, skin, dirty
     assert most * WAY < way < most * (WAY + 0.1 * 0.35) + 0.02
 
 
+def test_what_stands_before_an_outline_that_stands_as_well_is_not_believed(robot, skin):
+    """The forearm turns, and the upper arm does not: what a window makes of it stays too."""
+    sensor, q = Sensor(robot, skin), robot.home.copy()
+    sensor.behind = robot.link_index("upper_arm_link")
+    place = sensor.place(0.3, q)
+    for _ in range(30):
+        assert sensor.sees(place, q) == Verdict.GHOST
+        q = q + 0.02 * np.array([0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+
+
 def test_what_was_seen_beside_the_body_is_believed_before_it(robot, skin):
     sensor, q = Sensor(robot, skin), robot.home
     place = sensor.place(0.12, q)
@@ -118,7 +128,7 @@ def test_what_is_drawn_lies_before_an_outline_of_the_body(robot, skin):
     judge, everyone, posture = SelfFilter(robot, skin), np.arange(skin.count), folded(robot)
     posture, near = robot.posture(posture), np.full(skin.slots, 0.05)
     judged = judge.judge(everyone, near, posture, P)
-    drawn = judge.drawn(everyone, np.ones(skin.slots, dtype=bool), near, judged)
+    drawn = judge.drawn(everyone, np.ones(skin.slots, dtype=bool), near, judged) >= 0
     one = judge.judge(everyone, np.full(skin.slots, 9.0), posture, P._replace(footprint=False))
     body = (9.0 + one.gap).reshape(-1, 8, 8)  # before the zones' middles
     k = int(np.argmax(((body > 0.08) & (body < 0.2)).sum(axis=(1, 2))))

@@ -42,27 +42,30 @@ def find_body_behind(
     known: Known,
     aims: Aims,
     returns: Returns,
-    out: NDArray[np.bool_],
+    out: NDArray[np.int16],
 ) -> None:
-    """Write whether the body lies behind the report (S,) [m] of each `asked` zone (S,) of `sensors`
-    (m,) with its outline, or hardly behind it: some rays meet it there, not all, or all on a steep
-    surface, or not far behind. Those that it fills well behind need not be asked further."""
+    """Write which link, -1 for none, lies behind the report (S,) [m] of each `asked` zone (S,) of
+    `sensors` (m,) with its outline, or hardly behind it: some rays meet it there, not all, or all
+    on a steep surface, or not far behind. Those that it fills well behind need not be asked
+    further."""
     first = np.searchsorted(known.sensor_of, sensors)
     last = np.searchsorted(known.sensor_of, sensors, side="right")
     for m in range(len(sensors)):
         for zone in range(first[m], last[m]):
             if not asked[zone]:
                 continue
-            behind, near, far = 0, np.inf, 0.0
+            behind, link, near, far = 0, -1, np.inf, 0.0
             for ray in range(aims.rays[zone]):
                 d = returns.distance[zone, ray]
                 if reported[zone] < d < FARTHEST:
                     behind += 1
+                    link = returns.link[zone, ray] if d < near else link
                     near, far = min(near, d), max(far, d)
             size = 2.0 * aims.spread[zone] * known.half[sensors[m]] * near
             full = behind == aims.rays[zone] and far - near <= STEEP * size
-            out[zone] = behind > 0 and (not full or hardly(near - reported[zone], near))
-            asked[zone] = out[zone] or not full
+            drawn = behind > 0 and (not full or hardly(near - reported[zone], near))
+            out[zone] = link if drawn else -1
+            asked[zone] = drawn or not full
 
 
 @compiled

@@ -20,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.messages import Array, Verdict
+from app.perception.behind import FARTHEST
 from app.perception.hanging import Hanging
 from app.perception.placing import Lenses
 from app.perception.returns import Judgement
@@ -28,6 +29,7 @@ from app.perception.uncertainty import views_aside
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
+BASE = 0  # the robot's first link
 KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)
 CORNERS = np.array([(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
 MARGIN = 0.06  # [m] by which a known box is usually larger than what stands there
@@ -43,7 +45,7 @@ class Between:
     def __init__(self, skin: Skin, lenses: Lenses, hanging: Hanging) -> None:
         self._sensor_of, self._lenses, self._hanging = skin.sensor_of, lenses, hanging
         self._apart = np.array([s.type.separate_m for s in skin.sensors])[skin.sensor_of]
-        self._crossed = np.zeros(skin.slots, dtype=bool)
+        self._crossed = np.full(skin.slots, -1, dtype=np.int16)
         self._half = views_aside(skin) / np.sqrt(2.0)  # (K,) [rad] to a zone's side
 
     def mark(
@@ -74,13 +76,17 @@ class Between:
         posture: Posture,
         judged: Judgement,
         cell: StaticFilter,
-        farthest: float,
-        out: NDArray[np.bool_],
+        dirty: NDArray[np.bool_],
+        out: NDArray[np.int16],
     ) -> None:
-        """Mark in `out` (S,) which `asked` zones (S,) of `sensors` (m,) have an edge of the known
-        cell behind their `points` (S, 3), up to `farthest` [m]: some rays meet it, or the outermost
-        would not if the cell were known without margins."""
-        zones = self._chosen(sensors, asked & ~out, judged.verdict)
+        """Write to `out` (S,), where it is -1, which `asked` zones (S,) of `sensors` (m,) have an
+        edge of the known cell behind their `points` (S, 3): some rays meet it, or the outermost
+        would not if the cell were known without margins.
+
+        dirty: (K,) which windows are. Behind these it is written that the edge is of what always
+        stands, so that nothing thin is believed before it; else that it is of the sensor's link.
+        """
+        zones = self._chosen(sensors, asked & (out < 0), judged.verdict)
         if not len(zones):
             return
         rays, distance = self._rays(zones, points, posture)
@@ -90,11 +96,13 @@ class Between:
         aside = CORNERS @ sides * self._half[self._sensor_of[zones], None, None]  # (n, 5, 3)
         spread = rays[:, None] + aside
         begin = points[zones, None] + distance[:, None, None] * aside + MARGIN * (CORNERS @ sides)
-        left = np.maximum(farthest - distance, 0.0)
+        left = np.maximum(FARTHEST - distance, 0.0)
         met = _meets(
             cell, begin.reshape(-1, 3), spread.reshape(-1, 3), np.repeat(left, len(CORNERS))
         ).reshape(-1, len(CORNERS))  # fmt: skip
-        out[zones] |= met.any(axis=1) & ~met.all(axis=1)
+        edge = zones[met.any(axis=1) & ~met.all(axis=1)]
+        k = self._sensor_of[edge]
+        out[edge] = np.where(dirty[k], BASE, self._lenses.link[k])
 
     def _chosen(
         self, sensors: NDArray[np.intp], asked: NDArray[np.bool_], verdict: NDArray[np.uint8]
@@ -108,10 +116,10 @@ class Between:
     ) -> Array:  # fmt: skip
         """(n,) [m] behind its report in which each zone may have seen the cell."""
         crossed, apart = self._crossed, self._apart[zones]
-        crossed[zones] = False
+        crossed[zones] = -1
         self._hanging.before(sensors, asked, points, posture, float(apart.max()), crossed)
         gap = judged.gap[zones]  # to the body as it was modelled
-        outline = crossed[zones] | ((gap < 0.0) & (gap > -apart))
+        outline = (crossed[zones] >= 0) | ((gap < 0.0) & (gap > -apart))
         return np.where(outline, apart, judged.eps[zones])
 
     def _rays(

@@ -138,16 +138,17 @@ class SkinCloud:
         """Doubt what a dirty window may have made of the body."""
         reports, judged = self._reports, self._judged
         thin = self._windows.doubtful(sensors, reports.distance, judged)
+        drawn = None
         if thin is not None:
             asked = thin.copy()  # those that surely have no body behind them are asked no further
             drawn = self._self_filter.drawn(sensors, thin, reports.distance, judged)
             self._hanging.behind(sensors, thin, self._points, posture, FARTHEST, drawn)
             self._between.behind(
-                sensors, asked, self._points, posture, judged, self.static_filter, FARTHEST, drawn
+                sensors, asked, self._points, posture, judged, self.static_filter,
+                self._windows.dirty, drawn,
             )  # fmt: skip
-            thin = drawn
         sight = Sight(self._points, self._stamp, posture.T_base_link)
-        self._windows.mark(sensors, thin, sight, reports, self._lenses, judged.verdict)
+        self._windows.mark(sensors, drawn, sight, reports, self._lenses, judged.verdict)
 
     def newest(self) -> Cloud:
         """The cloud without regard to age, not copied: it changes with the next frames."""

@@ -95,13 +95,12 @@ class Hanging:
         points: Array,
         posture: Posture,
         farthest: float,
-        out: NDArray[np.bool_],
+        out: NDArray[np.int16],
     ) -> None:
-        """Mark in `out` (S,) which `asked` zones (S,) of `sensors` (m,) may see what hangs on the
-        robot behind their `points` (S, 3), up to `farthest` [m]."""
-        _mark_along(
-            sensors, asked, points, posture.T_base_link, self._wraps, 0.0, farthest, out
-        )  # fmt: skip
+        """Write to `out` (S,), where it is -1, on which link hangs what the `asked` zones (S,) of
+        `sensors` (m,) may see behind their `points` (S, 3), up to `farthest` [m]."""
+        part = (0.0, farthest)
+        _mark_along(sensors, asked, points, posture.T_base_link, self._wraps, part, out)
 
     def before(
         self,
@@ -110,13 +109,12 @@ class Hanging:
         points: Array,
         posture: Posture,
         back: float,
-        out: NDArray[np.bool_],
+        out: NDArray[np.int16],
     ) -> None:
-        """Mark in `out` (S,) which `asked` zones (S,) of `sensors` (m,) may be crossed by the robot
-        or what hangs on it before their `points` (S, 3), by at most `back` [m]."""
-        _mark_along(
-            sensors, asked, points, posture.T_base_link, self._wraps, back, 0.0, out
-        )  # fmt: skip
+        """Write to `out` (S,), where it is -1, which link, or what hangs on it, the `asked` zones
+        (S,) of `sensors` (m,) may look past before their `points` (S, 3), by at most `back` [m]."""
+        part = (back, 0.0)
+        _mark_along(sensors, asked, points, posture.T_base_link, self._wraps, part, out)
 
 
 def _faces(vertices: Array) -> Array:
@@ -209,12 +207,10 @@ def _mark_along(
     points: Array,
     T_base_link: Array,
     wraps: Wraps,
-    back: float,
-    farthest: float,
-    out: NDArray[np.bool_],
+    part: tuple[float, float],
+    out: NDArray[np.int16],
 ) -> None:
-    """Which rays pass through a wrap between `back` [m] before their points and `farthest` [m],
-    but at least as far as the points."""
+    """Write through which link's wrap a `part` of each ray passes, as `_passes` has it."""
     lens = np.empty(3)
     for k in sensors:
         T = T_base_link[wraps.link[k]]
@@ -222,13 +218,15 @@ def _mark_along(
             o = wraps.origin[k]
             lens[a] = T[a, 3] + T[a, 0] * o[0] + T[a, 1] * o[1] + T[a, 2] * o[2]
         for zone in range(wraps.first[k], wraps.first[k + 1]):
-            if not asked[zone] or out[zone]:
+            if not asked[zone] or out[zone] >= 0:
                 continue
             for link in range(len(T_base_link)):
-                out[zone] |= wraps.moves[k, link] and _passes(
-                    points[zone], lens, wraps.aside[k], (back, farthest), T_base_link[link],
+                if wraps.moves[k, link] and _passes(
+                    points[zone], lens, wraps.aside[k], part, T_base_link[link],
                     wraps.plane[wraps.face[link] : wraps.face[link + 1]],
-                )  # fmt: skip
+                ):  # fmt: skip
+                    out[zone] = link
+                    break
 
 
 @compiled

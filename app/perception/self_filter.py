@@ -102,11 +102,11 @@ class SelfFilter:
     def drawn(
         self, sensors: NDArray[np.intp], asked: NDArray[np.bool_], reported: Array,
         judged: Judgement,
-    ) -> NDArray[np.bool_]:  # fmt: skip
-        """(S,) which reports (S,) [m] of the `asked` zones (S,) of `sensors` (m,), which have just
-        been judged, a dirty window may have made of the body; those that surely see something else
-        are no longer asked."""
-        fan, out = self.fan, np.zeros(len(asked), dtype=bool)
+    ) -> NDArray[np.int16]:  # fmt: skip
+        """(S,) of which link a dirty window may have made the reports (S,) [m] of the `asked` zones
+        (S,) of `sensors` (m,), which have just been judged, -1 for none; those that surely see
+        something else are no longer asked."""
+        fan, out = self.fan, np.full(len(asked), -1, dtype=np.int16)
         aim_behind(sensors, asked, fan, judged.aims)
         self._cast(sensors, judged.aims)
         find_body_behind(sensors, asked, reported, self._known, judged.aims, self._returns, out)

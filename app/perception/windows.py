@@ -8,9 +8,10 @@ they are (`app.perception.behind` tells which may be). So a thing is doubted tha
 
 What the window makes of the body rides with the arm, or jumps from frame to frame. A thing of the
 world stays where it is, or moves on. So what is doubted is believed when it was followed through
-`SURE` frames and has moved for the sensor, by a `WAY` and more, but hardly in the world; or when
-it was not doubted and has gone there. A thing of the world that is so thin and stays before an
-outline costs two frames, and the way.
+`SURE` frames and has moved for the sensor, and for the link behind it, by a `WAY` and more, but
+hardly in the world; or when it was not doubted and has gone there. Where that link itself stands,
+its outline does as well. A thing of the world that is so thin and stays before an outline costs two
+frames, and the way.
 
 What was doubted and is gone in the next frame, or elsewhere in its own zone, with nothing else
 before the sensor, tells of the window. So does a lone zone that sees something nearer than the
@@ -51,8 +52,9 @@ class Windows(NamedTuple):
 
     times: (S,) frames in a row for which a kept zone's thing was followed, 0 of other zones;
            `SURE` and more: it is believed.
-    place: (S, 3) [m] where it is, base frame.   begin, rode: (S, 3) [m] where it was first, base
-           frame, and in the frame of the sensor's link.
+    place: (S, 3) [m] where it is, base frame.   begin, rode, lay: (S, 3) [m] where it was first,
+           base frame, and in the frames of the sensor's link and of the one behind.
+    behind: (S,) which link that was.
     doubted: (S,) is it?
     signs: (K,) of dirt.   stamp: (K,) [s] of the last frame.   dirty: (K,).
     """
@@ -61,6 +63,8 @@ class Windows(NamedTuple):
     place: Array
     begin: Array
     rode: Array
+    lay: Array
+    behind: NDArray[np.int16]
     doubted: NDArray[np.bool_]
     signs: Array
     stamp: Array
@@ -91,7 +95,7 @@ class DirtyWindows:
     def __init__(self, skin: Skin) -> None:
         width = np.array([max(s.type.pitch) for s in skin.sensors])
         self._images = Images(skin.first, skin.grid, width, width <= FINE)
-        self._none = np.zeros(skin.slots, dtype=bool)
+        self._none = np.full(skin.slots, -1, dtype=np.int16)
         self.reset()
 
     def reset(self) -> None:
@@ -100,8 +104,9 @@ class DirtyWindows:
         self._asked = np.zeros(S, dtype=bool)
         self._windows = Windows(
             times=np.zeros(S, dtype=np.int64), place=np.zeros((S, 3)), begin=np.zeros((S, 3)),
-            rode=np.zeros((S, 3)), doubted=np.zeros(S, dtype=bool), signs=np.zeros(K),
-            stamp=np.full(K, -np.inf), dirty=np.zeros(K, dtype=bool),
+            rode=np.zeros((S, 3)), lay=np.zeros((S, 3)), behind=self._none.copy(),
+            doubted=np.zeros(S, dtype=bool), signs=np.zeros(K), stamp=np.full(K, -np.inf),
+            dirty=np.zeros(K, dtype=bool),
         )  # fmt: skip
 
     @property
@@ -126,7 +131,7 @@ class DirtyWindows:
     def mark(
         self,
         sensors: NDArray[np.intp],
-        drawn: NDArray[np.bool_] | None,
+        drawn: NDArray[np.int16] | None,
         sight: Sight,
         reports: Reports,
         lenses: Lenses,
@@ -134,10 +139,10 @@ class DirtyWindows:
     ) -> None:
         """Turn KEPT into GHOST, or SELF behind a dirty window, where a thing is doubted.
 
-        drawn: (S,) those of the doubtful zones whose report may be of the body behind.
+        drawn: (S,) link behind the doubtful zones whose report may be of that, -1 of the others.
         """
-        doubted = self._none if drawn is None else drawn
-        _mark(sensors, doubted, sight, reports, lenses, self._images, self._windows, verdict)
+        behind = self._none if drawn is None else drawn
+        _mark(sensors, behind, sight, reports, lenses, self._images, self._windows, verdict)
 
 
 @compiled
@@ -168,7 +173,7 @@ def _find_thin(
 @compiled
 def _mark(
     sensors: NDArray[np.intp],
-    drawn: NDArray[np.bool_],
+    drawn: NDArray[np.int16],
     sight: Sight,
     reports: Reports,
     lenses: Lenses,
@@ -184,7 +189,7 @@ def _mark(
         kept, times = verdict[begin:end] == KEPT, windows.times[begin:end]
         signs = _shows_itself(k, reports, lenses)
         if kept.any() or times.any():
-            clear = kept & ~drawn[begin:end]
+            clear = kept & (drawn[begin:end] < 0)
             grow(clear, reports.distance[begin:end], kept, images.grid[k])
             windows.doubted[begin:end] = kept & ~clear
             known, waited = clear.any() or (times >= SURE).any(), times > 0
@@ -193,7 +198,7 @@ def _mark(
                 _follow(k, kept, sight, lenses, images, windows, before)
             jumps = (kept & waited & (before < 0)).any() or before.max() < 0
             signs += int(waited.any() and not known and jumps)
-            _believe(k, kept, before, sight, lenses, images, windows)
+            _believe(k, kept, drawn[begin:end], before, sight, lenses, images, windows)
         _weigh(k, signs, begin, end, sight.stamp[k], windows)
         for i in range(end - begin):
             if kept[i] and times[i] < SURE:
@@ -251,6 +256,7 @@ def _is_there(point: Array, place: Array, lens: Array, width: float) -> bool:
 def _believe(
     k: int,
     kept: NDArray[np.bool_],
+    link: NDArray[np.int16],
     before: NDArray[np.int64],
     sight: Sight,
     lenses: Lenses,
@@ -258,33 +264,57 @@ def _believe(
     windows: Windows,
 ) -> None:
     """Count for how many frames the thing of each kept zone (n,) of sensor k was followed."""
-    first, T = images.first[k], sight.T_base_link[lenses.link[k]]
-    old = windows.times[first : first + len(kept)].copy()
-    begin = windows.begin[first : first + len(kept)].copy()
-    rode = windows.rode[first : first + len(kept)].copy()
-    longer, local = LONGER if windows.dirty[k] else 1.0, np.empty(3)
+    first, own = images.first[k], lenses.link[k]
+    mine = slice(first, first + len(kept))
+    old, behind = windows.times[mine].copy(), windows.behind[mine].copy()
+    begin, rode, lay = (
+        windows.begin[mine].copy(),
+        windows.rode[mine].copy(),
+        windows.lay[mine].copy(),
+    )
+    longer, T = LONGER if windows.dirty[k] else 1.0, sight.T_base_link
     for i in range(len(kept)):
         slot, j = first + i, before[i]
         windows.times[slot] = 0
         if not kept[i]:
             continue
-        p, away = sight.points[slot], 0.0
-        for a in range(3):
-            local[a] = 0.0
-            for b in range(3):
-                local[a] += T[b, a] * (p[b] - T[b, 3])
-            away += (local[a] - lenses.origin[k, a]) ** 2
+        p = sight.points[slot]
+        local = _seen_from(T[own], p)
         windows.place[slot] = p
-        windows.begin[slot], windows.rode[slot] = (begin[j], rode[j]) if j >= 0 else (p, local)
-        for_sensor = np.sqrt(((local - windows.rode[slot]) ** 2).sum())
-        in_world = np.sqrt(((p - windows.begin[slot]) ** 2).sum())
-        way = longer * (WAY + images.width[k] * np.sqrt(away))
+        if j >= 0:
+            windows.begin[slot], windows.rode[slot], windows.lay[slot] = begin[j], rode[j], lay[j]
+            windows.behind[slot] = behind[j]
+        else:
+            windows.behind[slot] = link[i] if link[i] >= 0 else own
+            windows.begin[slot], windows.rode[slot] = p, local
+            windows.lay[slot] = _seen_from(T[windows.behind[slot]], p)
+        in_world = _apart(p, windows.begin[slot])
+        for_body = _apart(_seen_from(T[windows.behind[slot]], p), windows.lay[slot])
+        moved = min(_apart(local, windows.rode[slot]), for_body)
+        away = _apart(local, lenses.origin[k])
+        way = longer * (WAY + images.width[k] * away)
         if not windows.doubted[slot] or (j >= 0 and old[j] >= SURE):
             windows.times[slot] = SURE
-        elif for_sensor >= way and in_world <= LESS * for_sensor:
+        elif moved >= way and in_world <= LESS * moved:
             windows.times[slot] = old[j] + 1
         else:
             windows.times[slot] = min(old[j] + 1 if j >= 0 else 1, SURE - 1)
+
+
+@compiled
+def _seen_from(T: Array, p: Array) -> Array:
+    """A point (3,) of the base frame in the frame at T (4, 4)."""
+    out = np.zeros(3)
+    for a in range(3):
+        for b in range(3):
+            out[a] += T[b, a] * (p[b] - T[b, 3])
+    return out
+
+
+@compiled
+def _apart(a: Array, b: Array) -> float:
+    """[m] between two points (3,)."""
+    return float(np.sqrt(((a - b) ** 2).sum()))
 
 
 @compiled
