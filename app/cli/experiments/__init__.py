@@ -10,7 +10,15 @@ from app.cli.experiments.frontier import Frontier
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
-from app.cli.experiments.scenes import Approach, Faults, FrontPanel, Occlusion, SidePanel, Worlds
+from app.cli.experiments.scenes import (
+    Approach,
+    Elementary,
+    Faults,
+    FrontPanel,
+    Occlusion,
+    SidePanel,
+    Worlds,
+)
 from app.cli.experiments.tradeoff import Tradeoff
 from app.cli.experiments.trials import Hri
 
@@ -29,6 +37,7 @@ class Experiment:
         | Annotated[Approach, tyro.conf.subcommand("approach", prefix_name=False)]
         | Annotated[Occlusion, tyro.conf.subcommand("occlusion", prefix_name=False)]
         | Annotated[Clutter, tyro.conf.subcommand("clutter", prefix_name=False)]
+        | Annotated[Elementary, tyro.conf.subcommand("elementary", prefix_name=False)]
         | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
         | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]

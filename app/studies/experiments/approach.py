@@ -1,7 +1,8 @@
 """X4: a person walks at the arm, or past it, at four speeds; sensors measure 15 times a second.
 
 The person neither stops for the arm nor gives way: what it touches standing still, by walking into
-it, is no fault of the arm's. Who walks back and comes again has come twice.
+it, is no fault of the arm's. Who walks back and comes again has come twice. Links that one or two
+joints move can hardly give way, so the least distance of the others is told apart.
 """
 
 from collections.abc import Sequence
@@ -17,6 +18,7 @@ from app.report import Check
 from app.studies.case import Case, setup_of
 from app.studies.comparisons import comparison_rows
 from app.studies.conditions import Condition
+from app.studies.distal import DistalLeast
 from app.studies.experiment import Experiment, Told, register
 from app.studies.rows import grouped, row_of
 from app.studies.trial import TrialResult, TrialSpec
@@ -26,8 +28,8 @@ SPEEDS = ("0.3", "0.6", "1.0", "1.6")  # [m/s]
 BY = "-by"
 SCENES = {"": "approach", BY: "passing"}
 CONTROLLERS = ("S", "WB", "QP", "oracle")
-FIRST = ("least_m",)
-COMPARED = ("least_m", "entered_s")
+FIRST = ("distal_least_m", "least_m")
+COMPARED = ("distal_least_m", "least_m", "entered_s")
 
 
 def case(spec: TrialSpec, c: Condition) -> Case:
@@ -52,7 +54,7 @@ def case(spec: TrialSpec, c: Condition) -> Case:
             "entered_s": times[0] if times else np.nan,
         }  # fmt: skip
 
-    return Case(setup_of(spec, c, SCENES[by]), params, scene=scene, more=more)
+    return Case(setup_of(spec, c, SCENES[by]), params, DistalLeast, scene, more)
 
 
 def told(good: Sequence[TrialResult]) -> Told:
