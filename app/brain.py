@@ -155,16 +155,16 @@ class Brain:
             errand.hold(tool)
         engage = self.wishes.heed(x, tool, self._guard, self._perception, mind)
         p = self.params
-        seen = self._perception.update(
-            self._guard.believed(x.frames), x.joints, posture, p, mind.needs(p), x.dt, lap
-        )  # fmt: skip
+        frames = self._guard.believed(x.frames)
+        seen = self._perception.update(frames, x.joints, posture, p, mind.needs(p), x.dt, lap)
         share, moving = self._guard.judge(x, p.silence, self._perception.unable)
         goal = errand.update(self._guard.mode, moving, tool, x.dt)
         if moving:
-            command = mind.update(
-                Situation(posture, x.joints, seen.steady, goal, p, x.dt, share, x.applied),
-                self._guard.unseen,
-            )
+            now = Situation(
+                posture, x.joints, seen.steady, goal, p, x.dt, share, x.applied, frames,
+                seen.cloud, seen.memory,
+            )  # fmt: skip
+            command = mind.update(now, self._guard.unseen)
         else:
             command = mind.brake(x.joints, x.dt, x.applied)
         if not np.isfinite(command.qd).all():

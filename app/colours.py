@@ -29,3 +29,8 @@ def activation_colour(activation: float) -> RGB:
     low, high, t = (CALM, WARN, share * 2) if share <= 0.5 else (WARN, ALARM, share * 2 - 1)
     r, g, b = (round(a + (z - a) * t) for a, z in zip(low, high, strict=True))
     return (r, g, b)
+
+
+def css(colour: RGB) -> str:
+    """The colour as `#rrggbb`."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -20,8 +20,13 @@ def check_plot(path: Path) -> None:
         raise ConfigError(f"plot = {path}; give a file that ends in {' or '.join(KINDS)}")
     if not path.parent.is_dir():
         raise ConfigError(f"plot = {path}: no folder {path.parent}; make it first")
+    check_matplotlib("plot")
+
+
+def check_matplotlib(what: str) -> None:
+    """ConfigError where `what` is to be drawn and cannot be."""
     if find_spec("matplotlib") is None:
-        raise ConfigError("plot needs the package matplotlib; install flinch[plot]")
+        raise ConfigError(f"{what} needs the package matplotlib; install flinch[plot]")
 
 
 def plot_lines(path: Path, fields: Mapping[str, Mapping[str, Curve]], across: str, up: str) -> None:
@@ -36,7 +41,7 @@ def plot_lines(path: Path, fields: Mapping[str, Mapping[str, Curve]], across: st
         field.set(title=title, xlabel=across, ylabel=up, xscale="log", yscale="log")
         field.grid(alpha=0.3)
         field.legend(fontsize="small")
-    _save(figure, path)
+    save(figure, path)
 
 
 def plot_runs(path: Path, runs: Mapping[str, Runs], title: str) -> None:
@@ -55,7 +60,7 @@ def plot_runs(path: Path, runs: Mapping[str, Runs], title: str) -> None:
     fields[-1].set_xlabel("time [s]")
     if title:
         figure.suptitle(title)
-    _save(figure, path)
+    save(figure, path)
 
 
 def plot_tradeoff(rows: list[dict[str, Any]], path: Path) -> None:
@@ -83,7 +88,7 @@ def plot_tradeoff(rows: list[dict[str, Any]], path: Path) -> None:
         field.grid(alpha=0.3)
         field.legend(fontsize="small")
     figure.suptitle("Clearance against the goal; numbers: distance kept [cm]")
-    _save(figure, path)
+    save(figure, path)
 
 
 def plot_frontier(rows: list[dict[str, Any]], path: Path) -> None:
@@ -101,7 +106,7 @@ def plot_frontier(rows: list[dict[str, Any]], path: Path) -> None:
         field.set(xlabel="returns of the body that pass", xscale="log", ylabel="obstacles kept [%]")
         field.grid(alpha=0.3)
         field.legend(fontsize="small")
-    _save(figure, path)
+    save(figure, path)
 
 
 def plot_ranges(
@@ -138,10 +143,11 @@ def plot_ranges(
         field.grid(alpha=0.3)
     noise.legend(fontsize="small")
     found.legend(fontsize="small")
-    _save(figure, path)
+    save(figure, path)
 
 
-def _save(figure: Any, path: Path) -> None:
+def save(figure: Any, path: Path) -> None:
+    """Write a picture; ConfigError where that cannot be done."""
     try:
         figure.savefig(path, dpi=150)
     except OSError as e:

@@ -66,9 +66,12 @@ class RigidMesh:
     """A mesh ready to be hit: vertices (V, 3) [m] and faces (F, 3), both in the body frame.
 
     The tree is built by the first cast. What is pickled is the mesh alone.
+    parts: (P, 2, 3) [m] corners of boxes that hold it together; None: one holds it.
     """
 
-    def __init__(self, vertices: Array, faces: NDArray[np.int64]) -> None:
+    def __init__(
+        self, vertices: Array, faces: NDArray[np.int64], parts: Array | None = None
+    ) -> None:
         if len(faces) == 0:
             raise ValueError("a mesh without faces cannot be hit; leave the body out instead")
         self.vertices, self.faces = vertices, faces
@@ -80,9 +83,12 @@ class RigidMesh:
         self.radius = float(np.linalg.norm(used - self.centre, axis=1).max())
         slack = SLACK * (1.0 + np.abs(used).max())
         self.box: Array = np.array([low - slack, high + slack])
+        self._parts = parts
+        wider = np.array([[-slack], [slack]])
+        self.parts: Array = self.box[None] if parts is None else parts + wider
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return RigidMesh, (self.vertices, self.faces)
+        return RigidMesh, (self.vertices, self.faces, self._parts)
 
     def cast(
         self, origins: NDArray[np.float32], directions: NDArray[np.float32]
@@ -131,8 +137,12 @@ class Solids:
     ) -> None:  # fmt: skip
         self._meshes = tuple(meshes)
         self._owner = owner or [np.array([i], dtype=np.int16) for i in range(len(meshes))]
+        part = np.concatenate([np.empty((0, 2, 3)), *(m.parts for m in meshes)])
         self._shape = _Shapes(
-            np.array([m.box for m in meshes]).reshape(-1, 2, 3),
+            part,
+            part.mean(axis=1),
+            np.linalg.norm(part[:, 1] - part[:, 0], axis=1) / 2.0,
+            np.cumsum([0, *(len(m.parts) for m in meshes)]),
             np.array([m.centre for m in meshes]).reshape(-1, 3),
             np.array([m.radius for m in meshes]),
             label,
@@ -157,9 +167,13 @@ class Solids:
 
 
 class _Shapes(NamedTuple):
-    """What is known of B meshes in their frames: box (B, 2, 3), sphere and label."""
+    """What is known of B meshes in their frames: sphere and label; and of their parts, box
+    (P, 2, 3) and sphere, those of mesh i from first[i] to first[i + 1]."""
 
-    box: Array
+    part: Array
+    part_centre: Array
+    part_radius: Array
+    first: NDArray[np.int64]
     centre: Array
     radius: Array
     label: NDArray[np.int16]
@@ -173,7 +187,7 @@ def _rays_entering(
     blind: NDArray[np.bool_],
     length: NDArray[np.float32],
 ) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32], NDArray[np.int64]]:
-    """Rays that enter a body's box before they end, body by body, and those rays in its frame.
+    """Rays that enter a part of a body before they end, body by body, and those in its frame.
 
     The fourth, (B,), is where the rays of each body end in the other three.
     """
@@ -182,10 +196,11 @@ def _rays_entering(
     ray = np.empty(room, dtype=np.int64)
     at, way = np.empty((room, 3), dtype=np.float32), np.empty((room, 3), dtype=np.float32)
     last = np.empty(bodies, dtype=np.int64)
-    origin, axis, d = np.empty(3), np.empty(3), np.empty(3)
+    origin, axis, d, per_metre = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    ahead = np.empty(len(shapes.part), dtype=np.int64)
     found = 0
     for i in range(bodies):
-        T, box = T_base_body[i], shapes.box[i]
+        T = T_base_body[i]
         for b in range(len(beams.origin)):
             if blind[b, i]:
                 continue
@@ -198,9 +213,12 @@ def _rays_entering(
             begin, end = beams.first[b], beams.first[b + 1]
             if found + end - begin > len(ray):
                 ray, at, way = _longer(ray, at, way)
+            parts = _parts_ahead(shapes, i, origin, axis, cos[b], sin[b], ahead)
             for n in range(begin, end):
                 _into(T, beams.direction[n], d)
-                if _enters(box, origin, d, length[n]):
+                for j in range(3):
+                    per_metre[j] = 1.0 / (d[j] if abs(d[j]) > 1e-30 else 1e-30)
+                if _enters_one(shapes.part, ahead[:parts], origin, per_metre, length[n]):
                     ray[found] = n
                     for j in range(3):
                         at[found, j], way[found, j] = origin[j], d[j]
@@ -248,12 +266,40 @@ def _in_cone(
 
 
 @compiled
-def _enters(box: Array, origin: Array, direction: Array, length: float) -> bool:
-    """Is a ray of `length` in the box (2, 3) before it ends? By the slabs between its faces."""
+def _parts_ahead(
+    shapes: _Shapes, body: int, origin: Array, axis: Array, cos: float, sin: float,
+    ahead: NDArray[np.int64],
+) -> int:  # fmt: skip
+    """Write the parts of a body that may reach into a cone which reaches it; how many they are."""
+    first, last, found = shapes.first[body], shapes.first[body + 1], 0
+    for p in range(first, last):
+        centre, radius = shapes.part_centre[p], shapes.part_radius[p]
+        if last - first == 1 or _in_cone(centre, origin, radius, axis, cos, sin):
+            ahead[found] = p
+            found += 1
+    return found
+
+
+@compiled
+def _enters_one(
+    part: Array, ahead: NDArray[np.int64], origin: Array, per_metre: Array, length: float
+) -> bool:
+    """Does a ray enter one of the parts (P, 2, 3) that are ahead?"""
+    for p in ahead:  # noqa: SIM110  numba knows no any() of a generator
+        if _enters(part[p], origin, per_metre, length):
+            return True
+    return False
+
+
+@compiled
+def _enters(box: Array, origin: Array, per_metre: Array, length: float) -> bool:
+    """Is a ray of `length` in the box (2, 3) before it ends? By the slabs between its faces.
+
+    per_metre: (3,) one over its direction.
+    """
     near, far = 0.0, length + SLACK
     for i in range(3):
-        per_metre = 1.0 / (direction[i] if abs(direction[i]) > 1e-30 else 1e-30)
-        a, b = (box[0, i] - origin[i]) * per_metre, (box[1, i] - origin[i]) * per_metre
+        a, b = (box[0, i] - origin[i]) * per_metre[i], (box[1, i] - origin[i]) * per_metre[i]
         near, far = max(near, min(a, b)), min(far, max(a, b))
     return near <= far
 

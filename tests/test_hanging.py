@@ -10,6 +10,7 @@ from app.messages import Verdict
 from app.perception.cloud import SkinCloud
 from app.perception.rules import Rules
 from app.perception.self_filter import SelfFilter
+from app.perception.things import find_in_holes
 from app.sensing.budget import IDEAL
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
@@ -84,3 +85,23 @@ def test_what_is_hardly_before_the_body_is_asked_twice(robot, skin, times, first
         cloud.add_frames([frame(k, i / 15, d, status=status)], posture, rules)
         seen.append(Verdict(cloud.newest().verdict[slot]))
     assert seen == [first, Verdict.KEPT]
+
+
+@pytest.mark.parametrize(("hole", "beside", "found"), [(0.6, 0.3, 2), (0.6, 0.9, 0), (0.3, 0.6, 0)])
+def test_what_is_seen_through_a_hole_in_something_nearer_is_part_of_that(hole, beside, found):
+    z, kept = np.full(64, beside), np.ones(64, dtype=bool)
+    z[[27, 28]] = hole
+    known = np.abs(z - beside) < 1e-9
+    find_in_holes(z, kept, np.array([8, 8]), known)
+    assert known[[27, 28]].sum() == found
+
+
+def test_what_has_the_arm_beside_it_is_seen_through_no_hole():
+    z, kept = np.full(64, 0.3), np.ones(64, dtype=bool)
+    z[[27, 28]], kept[18:22] = 0.6, False  # the link under the hose
+    known = kept & (z < 0.5)
+    find_in_holes(z, kept, np.array([8, 8]), known)
+    assert not known[[27, 28]].any()
+    alone, sees = np.zeros(1, dtype=bool), np.ones(1, dtype=bool)
+    find_in_holes(np.array([0.5]), sees, np.array([1, 1]), alone)
+    assert not alone.any()  # one zone has nothing round it

@@ -5,6 +5,7 @@ import pytest
 
 from app.judge import metrics
 from app.judge.clouds import SPACING, CloudDistance
+from app.judge.contact import led_away
 from app.judge.least import NOTHING, LeastDistance, NearestNow
 from app.judge.truth import TrueDistance
 from app.world.motion import motion_of
@@ -33,6 +34,7 @@ def test_shares_contacts_and_jumps_are_counted_as_defined():
     d = np.array([0.0, 0.0, 0.3, -0.01, 0.1, 0.0])
     assert metrics.contacts(d) == 3
     assert metrics.share_below(d, 0.2) == pytest.approx(5 / 6)
+    assert metrics.shortfall(d, 0.2) == pytest.approx((3 * 0.2 + 0.21 + 0.1) / 6)
     assert metrics.jumps_per_second(np.array([0.0, 0.04, 0.2, 0.06]), 2.0) == 1.0
     assert metrics.shares(["a", "b", "b", "a", "b"]) == {"b": 0.6, "a": 0.4}
     tool = np.array([[0.0, 0, 0], [0.0, 0, 0]])
@@ -105,3 +107,26 @@ def test_the_nearest_of_now_is_the_exact_one_whatever_was_measured_before(robot,
         assert least.update(T, world.poses()) == pytest.approx(smallest, abs=1e-5)
     empty = NearestNow(truth, robot, links, World([]))
     assert empty.update(T, ()) == NOTHING
+
+
+def test_the_effort_is_the_integral_of_the_squared_speed():
+    assert metrics.effort(np.full((250, 2), 0.5), 125.0) == pytest.approx(2 * 0.25 * 2.0)
+
+
+def test_the_arm_s_own_reaction_is_timed_by_its_motion_alone():
+    t = np.arange(0.0, 6.0, 0.1)
+    d = np.where((t > 1.95) & (t < 3.0) | (t > 4.95) & (t < 5.5), 0.3, 1.0)
+    led = np.where(t > 2.35, 0.2, -0.1) * (t < 4.0)
+    # 0.4 s after the first approach; the second one ends after 0.5 s without any
+    assert metrics.own_reaction_times(t, d, led, 0.6) == pytest.approx([0.4, 0.5])
+    assert metrics.own_reaction_times(t, d, np.full(len(t), 0.2), 0.6) == []
+
+
+def test_an_arm_leads_a_link_away_as_fast_as_its_origin_goes(robot):
+    posture, qd = robot.posture(robot.home), np.array([0.3, -0.2, 0.1, 0.2, 0.0, 0.1])
+    T, tip = posture.T_base_link, robot.link_index("wrist_3_link")
+    point = T[tip, :3, 3] + [0.2, 0.1, 0.05]
+    later = robot.posture(robot.home + 1e-6 * qd).T_base_link
+    nearest = int(np.argmin(np.linalg.norm(T[:, :3, 3] - point, axis=1)))
+    far = [np.linalg.norm(x[nearest, :3, 3] - point) for x in (T, later)]
+    assert led_away(posture, qd, T, point) == pytest.approx((far[1] - far[0]) / 1e-6, abs=1e-5)

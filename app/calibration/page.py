@@ -12,27 +12,17 @@ from numpy.typing import NDArray
 
 from app.calibration.estimate import Estimate
 from app.calibration.fit import Fit
-from app.errors import ConfigError
+from app.page import Html, sheet, table, write_sheet
 from app.robot.mounts import MountTable
 
 WIDTH, HEIGHT, LEFT, BELOW = 250, 130, 34, 16
 DOTS = 160  # of a picture and colour
 FAR, OFF = 2.0, 0.04  # [m] of the picture's axes: distance, residual to either side
 STYLE = """
-:root { color-scheme: light dark; --ink: #1c2430; --soft: #6b7683; --paper: #fbfbfa;
-  --line: #d8dce1; --before: #a9b0b8; --after: #2563c4; --warn: #b45309; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6e9ee; --soft: #98a2ae; --paper: #14181e;
-  --line: #343c47; --before: #59636f; --after: #7fb0ff; --warn: #f0a44b; } }
-body { font: 15px/1.5 system-ui, sans-serif; color: var(--ink); background: var(--paper);
-  max-width: 72rem; margin: 2rem auto; padding: 0 1rem; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.1rem; margin-top: 2rem; }
-.soft { color: var(--soft); } .warn { color: var(--warn); }
+:root { --before: #a9b0b8; --after: #2563c4; }
+@media (prefers-color-scheme: dark) { :root { --before: #59636f; --after: #7fb0ff; } }
 .grid { display: grid; grid-template-columns: repeat(auto-fill, minmax(250px, 1fr)); gap: 1rem; }
-figure { margin: 0; } figcaption { font-size: .85rem; }
-table { border-collapse: collapse; width: 100%; font-variant-numeric: tabular-nums; }
-.scroll { overflow-x: auto; }
-th, td { padding: .2rem .6rem; text-align: right; border-bottom: 1px solid var(--line); }
-th:first-child, td:first-child, td:last-child, th:last-child { text-align: left; }
+td:last-child, th:last-child { text-align: left; }
 svg text { font: 10px system-ui, sans-serif; fill: var(--soft); }
 .axis { stroke: var(--line); } .before, .after { fill: none; stroke-linecap: round;
   stroke-width: 2.2; } .before { stroke: var(--before); } .after { stroke: var(--after); }
@@ -41,23 +31,19 @@ svg text { font: 10px system-ui, sans-serif; fill: var(--soft); }
 
 def write_page(path: Path, found: Estimate, title: str) -> None:
     """Write the page; ConfigError where that cannot be done."""
-    try:
-        path.write_text(page(found, title), encoding="utf-8")
-    except OSError as e:
-        raise ConfigError(f"{path}: cannot be written ({e.strerror}); give another file") from e
+    write_sheet(path, page(found, title))
 
 
 def page(found: Estimate, title: str) -> str:
     """The whole page."""
-    return (
-        f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{escape(title)}</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style>'
-        f"<h1>{escape(title)}</h1>{_summary(found)}"
-        f'<h2>Residuals over distance</h2><p class="soft">Reported less predicted, '
-        f"&plusmn;{1e3 * OFF:.0f} mm over 0 to {FAR:g} m: grey as laid out, blue as found.</p>"
-        f'<div class="grid">{"".join(_figure(found, k) for k in range(found.skin.count))}</div>'
-        f"<h2>Sensors</h2>{_table(found.mounts.sensor)}</html>"
+    body = (
+        f'{_summary(found)}<h2>Residuals over distance</h2><p class="soft">Reported less '
+        f"predicted, &plusmn;{1e3 * OFF:.0f} mm over 0 to {FAR:g} m: grey as laid out, blue as "
+        f'found.</p><div class="grid">'
+        f"{''.join(_figure(found, k) for k in range(found.skin.count))}</div>"
+        f"<h2>Sensors</h2>{_table(found.mounts.sensor)}"
     )
+    return sheet(title, Html(body), STYLE)
 
 
 def spread(fit: Fit, rows: NDArray[np.bool_] | None = None) -> float:
@@ -127,19 +113,14 @@ def _dots(fit: Fit, rows: NDArray[np.bool_]) -> str:
     return "".join(f"M{a:.1f} {b:.1f}h0" for a, b in zip(x, y, strict=True))
 
 
-def _table(sensors: Sequence[MountTable]) -> str:
-    head = "".join(
-        f"<th>{word}</th>"
-        for word in ("sensor", "x mm", "y mm", "z mm", "&plusmn;", "turn x &deg;", "y &deg;",
-                     "z &deg;", "&plusmn;", "zones %", "")
-    )  # fmt: skip
-    body = ""
+def _table(sensors: Sequence[MountTable]) -> Html:
+    head = ("sensor", "x mm", "y mm", "z mm", "±", "turn x °", "y °", "z °", "±", "zones %", "")
+    rows = []
     for s in sensors:
         zones = float(np.std(s.zone_percent)) if s.zone_percent else 0.0
         figures = [f"{v:+.2f}" for v in s.shift_mm] + [f"{s.sigma_mm:.2f}"]
         figures += [f"{v:+.2f}" for v in s.turn_deg] + [f"{s.sigma_deg:.2f}", f"{zones:.1f}"]
         words = moved_words(s) if s.place or s.rotation_deg is not None else ""
         words += f" unsure: {s.unsure}" if s.unsure else ""
-        cells = "".join(f"<td>{v}</td>" for v in (escape(s.name), *figures, escape(words)))
-        body += f"<tr>{cells}</tr>"
-    return f'<div class="scroll"><table><tr>{head}</tr>{body}</table></div>'
+        rows.append([s.name, *figures, words])
+    return table(head, rows)

@@ -12,6 +12,7 @@ from typing import Any
 import tyro
 
 from app.cli.bench import Bench
+from app.cli.benchmark import Benchmark
 from app.cli.calibrate import Calibrate
 from app.cli.compare import Compare
 from app.cli.doctor import Doctor
@@ -38,6 +39,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "export": Export,
     "gallery": Gallery,
     "bench": Bench,
+    "benchmark": Benchmark,
     "doctor": Doctor,
     "calibrate": Calibrate,
     "skin": SkinCommand,

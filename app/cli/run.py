@@ -17,6 +17,7 @@ from app.cli.desktop import has_desktop
 from app.cli.kernels import print_progress
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
+from app.control.guests.files import welcome
 from app.control.registry import kinds
 from app.errors import ConfigError, RecordingError
 from app.timing import WallClock
@@ -75,6 +76,8 @@ class Run(WhichRobot):
     """Let commands move the real arm; asks at the console first."""
     program: str = ""
     """A waypoint program to follow: a name, or the path of its TOML file."""
+    controller: str = ""
+    """Another's controller leads the simulated arm: FILE.py, or FILE.py:CLASS (see benchmark)."""
     ghost: str = ""
     """A second controller, by its mode, on a translucent arm of its own, for comparison."""
     rate: float = 250.0
@@ -142,6 +145,10 @@ class Run(WhichRobot):
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
+        if self.controller:
+            if self.driver != SIMULATED:
+                raise ConfigError("--controller leads a simulated arm; leave it or --driver out")
+            params = replace(params, mode=welcome(self.controller))
         setup = self.setup(
             scene=self.scene, person=self.person, cell=self.cell, sensors=self.sensors,
             rate=self.rate, seed=self.seed, stray=self.stray, program=self.program,

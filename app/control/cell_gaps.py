@@ -129,6 +129,18 @@ def _to_cube(ends: Array, radius: float, cubes: Cubes, within: float, where: Arr
 
 
 @compiled
+def times_near_cell(
+    T: Array, pieces: Pieces, cases: NDArray[np.int64], parts: Parts, within: float
+) -> Array:
+    """(c,) in how many of the postures T (m, L, 4, 4) a case is nearer than `within` [m]."""
+    times = np.zeros(len(cases))
+    for m in range(len(T)):
+        for k in cell_within(T[m], pieces, cases, parts, within).who[:, 0]:
+            times[k] += 1
+    return times
+
+
+@compiled
 def always_in(T: Array, pieces: Pieces, cubes: Cubes, out: NDArray[np.bool_]) -> None:
     """Set out (Q,) where a capsule is too close to a cube in all postures T (m, L, 4, 4)."""
     out[:] = len(cubes.centre) > 0

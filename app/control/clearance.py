@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from app.cell.learned import NOTHING_LEARNED, Learned
 from app.cell.parts import Cell
 from app.control.capsules import fit_capsules
-from app.control.cell_gaps import Parts, always_in, cell_within
+from app.control.cell_gaps import Parts, always_in, cell_within, times_near_cell
 from app.control.cubes import make_cubes
 from app.control.gaps import KEPT, Gaps, Pieces
-from app.control.link_gaps import links_within
+from app.control.link_gaps import links_within, times_near
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -79,16 +79,12 @@ class Clearance:
         """
         rng = np.random.default_rng(0)
         low, high = np.maximum(robot.q_min, -np.pi), np.minimum(robot.q_max, np.pi)
-        poses, near = [], np.zeros(len(self.pairs))
-        inside = np.zeros(len(self.cell_cases))
-        for _ in range(SAMPLES):
-            T = robot.posture(rng.uniform(low, high)).T_base_link
-            poses.append(T)
-            near[self._own(T, CLOSE).pair] += 1
-            inside[self._cell(T, KEPT).pair] += 1
+        T = np.array([robot.posture(rng.uniform(low, high)).T_base_link for _ in range(SAMPLES)])
+        near = times_near(T, self.pieces, self.pairs, CLOSE)
+        inside = times_near_cell(T, self.pieces, self.cell_cases, self.parts, KEPT)
         self.pairs = self.pairs[near < ALWAYS * SAMPLES]
         self.cell_cases = self.cell_cases[inside < SAMPLES]
-        return np.array(poses)
+        return T
 
 
 def _pieces(robot: Robot) -> Pieces:

@@ -1,9 +1,10 @@
 """What a controller is: a situation in, a command out."""
 
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from app.config import Params
-from app.messages import Array, Command, Goal, JointState, Pairs
+from app.messages import Array, Cloud, Command, Goal, JointState, Pairs, SensorFrame
 from app.robot.posture import Posture
 
 
@@ -14,6 +15,8 @@ class Situation(NamedTuple):
     pairs:   the near pairs, of the kind that the controller needs.
     dt:      [s] that the command will hold.   share: 0..1 of the allowed speed.
     applied: (n,) [rad/s] what the arm was really told in the last tick; a command goes on from it.
+    frames:  believed ones that came in this tick.   cloud: every zone with its verdict.
+    memory:  (n, 3) [m] remembered points near the arm, base frame.
     """
 
     posture: Posture
@@ -24,6 +27,9 @@ class Situation(NamedTuple):
     dt: float
     share: float
     applied: Array
+    frames: Sequence[SensorFrame] = ()
+    cloud: Cloud | None = None
+    memory: Array | None = None
 
 
 class Controller(Protocol):

@@ -52,3 +52,13 @@ def _nearest(
                 lead_out(rx, ry, 1.0, where)
                 out.distance[n] = distance
     return least < within
+
+
+@compiled
+def times_near(T: Array, pieces: Pieces, pairs: NDArray[np.int64], within: float) -> Array:
+    """(p,) in how many of the postures T (m, L, 4, 4) links are nearer than `within` [m]."""
+    times = np.zeros(len(pairs))
+    for m in range(len(T)):
+        for k in links_within(T[m], pieces, pairs, within).who[:, 0]:
+            times[k] += 1
+    return times

@@ -13,6 +13,7 @@ from app.judge.free_direction import speed_row
 from app.judge.truth import TrueDistance, TruePair
 from app.messages import Array, BodyPose
 from app.robot.model import Robot
+from app.robot.posture import Posture
 from app.world.shapes import Shape
 
 INTO = 0.02  # [m/s] of the touched point towards the body
@@ -22,6 +23,18 @@ TOUCHING = 1e-9  # [m] true distance of a touch
 def speed_towards(robot: Robot, q: Array, qd: Array, pair: TruePair) -> float:
     """[m/s] at which the arm moves a pair's point towards the body, whatever the body does."""
     return float(-speed_row(robot, q, pair) @ qd)
+
+
+def led_away(posture: Posture, qd: Array, T_base_link: Array, point: Array) -> float:
+    """[m/s] at which the arm leads the link away that is nearest to a point (3,) of the world, of
+    those that it can lead anywhere: two joints move them. Measured at the links' origins."""
+    able = np.flatnonzero(posture.supports.sum(axis=1) >= 2)
+    away = T_base_link[able, :3, 3] - point
+    far = np.linalg.norm(away, axis=1)
+    i = int(np.argmin(far))
+    twist = posture.link_twists(qd)[able[i]]
+    velocity = twist[:3] + np.cross(twist[3:], T_base_link[able[i], :3, 3])
+    return float(away[i] @ velocity / far[i])
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,9 +7,9 @@ import numpy as np
 
 from app.judge import metrics
 from app.judge.clouds import CloudDistance
-from app.judge.contact import TOUCHING, Contacts
+from app.judge.contact import TOUCHING, Contacts, led_away
 from app.judge.least import LeastDistance, Nearest, NearestNow
-from app.judge.truth import TrueDistance
+from app.judge.truth import TrueDistance, TruePair
 from app.messages import Array, Mode, Snapshot
 from app.plant.simulated import SimulatedPlant
 from app.runtime import Engine
@@ -26,9 +26,11 @@ class Notes:
     tool: list[Array] = field(default_factory=list)
     goal: list[Array] = field(default_factory=list)
     jump: list[float] = field(default_factory=list)
+    progress: list[float] = field(default_factory=list)
     stamp: list[float] = field(default_factory=list)
     true: list[float] = field(default_factory=list)
     link: list[int] = field(default_factory=list)
+    led: list[float] = field(default_factory=list)  # [m/s] see `led_away`
     activation: list[float] = field(default_factory=list)
     paper: list[float] = field(default_factory=list)
     away: list[float] = field(default_factory=list)
@@ -71,6 +73,7 @@ class Encounter:
         n.tool.append(s.T_base_tool[:3, 3])
         n.goal.append(s.goal.T_base_tool[:3, 3])
         n.jump.append(s.jump)
+        n.progress.append(s.command.progress)
         n.reached = s.reached
         n.stops += s.status.mode is Mode.STOPPED and self._mode is not Mode.STOPPED
         self._mode = s.status.mode
@@ -83,6 +86,7 @@ class Encounter:
         n.stamp.append(s.stamp)
         n.true.append(max(nearest.distance, 0.0))
         n.link.append(nearest.link)
+        self._note_led(nearest, T, s)
         n.activation.append(s.command.activation)
         if s.stamp >= self._looked + LOOKED_EVERY:
             self._looked = s.stamp
@@ -103,14 +107,26 @@ class Encounter:
         """[m] from the point of the world that is truly nearest to the nearest perceived one."""
         if not nearest.distance < metrics.NEAR:
             return np.inf
-        body = [b for b in s.world if b.view.name == nearest.body]
-        within = max(nearest.distance, 0.0) + 1e-6
-        pairs = self._truth.near_pairs(T, self._shapes, body, within)
-        at = next((p.on_body for p in pairs if p.link == nearest.link), None)
         points = np.concatenate([s.cloud.kept(), s.memory])
-        if at is None or not len(points):
+        if not len(points):
             return np.inf
+        at = self._pair(nearest, T, s).on_body
         return float(np.linalg.norm(points - at, axis=1).min())
+
+    def _note_led(self, nearest: Nearest, T: Array, s: Snapshot) -> None:
+        """Note how fast the arm leads itself away from the nearest point; zero where none is within
+        reach of avoidance."""
+        led = 0.0
+        if nearest.distance < s.params.avoidance_begins:
+            posture, at = self._plant.robot.posture(s.joints.q), self._pair(nearest, T, s).on_body
+            led = led_away(posture, s.joints.qd, T, at)
+        self.notes.led.append(led)
+
+    def _pair(self, nearest: Nearest, T: Array, s: Snapshot) -> TruePair:
+        """The points between which the nearest distance lies."""
+        link, body = nearest.link, nearest.body
+        T_body = next(b.T_base_body for b in s.world if b.view.name == body)
+        return self._truth.closest(link, T[link], body, self._shapes[body], T_body)
 
     def course(self) -> dict[str, list[float]]:
         """What is drawn over time, as often as clouds are compared: to a tenth of a millimetre."""
@@ -129,6 +145,8 @@ class Encounter:
         least, low = metrics.least_and_low(true)
         links = [self._engine.robot.links[i] if i >= 0 else "" for i in n.link]
         reactions = metrics.reaction_times(stamp, true, activation, kept)
+        begins = self._engine.brain.params.avoidance_begins
+        led = metrics.own_reaction_times(stamp, true, np.array(n.led), begins)
         return {
             "paper_mean_m": metrics.mean_minimum([paper]),
             "paper_std_m": metrics.largest_deviation([paper]),
@@ -138,6 +156,7 @@ class Encounter:
             "true_least_m": least,
             "true_p5_m": low,
             "below_kept": metrics.share_below(true, kept),
+            "shortfall_m": metrics.shortfall(true, kept),
             "contacts": metrics.contacts(true),
             "own_contacts": sum(c.moved_into for c in self._contacts.found),
             "own_mps": max((c.own for c in self._contacts.found), default=0.0),
@@ -146,9 +165,12 @@ class Encounter:
             "waypoints_per_min": 60.0 * n.reached / seconds,
             "path_error_m": metrics.path_error(np.array(n.tool), np.array(n.goal)),
             "jerk_rms": metrics.jerk_rms(np.array(n.qd), rate),
+            "effort": metrics.effort(np.array(n.qd), rate),
+            "held_back": float(np.mean(np.array(n.progress) < metrics.HELD_BACK)),
             "jumps_per_s": metrics.jumps_per_second(np.array(n.jump), seconds),
             "reactions": len(reactions),
             "reaction_s": float(np.median(reactions)) if reactions else np.nan,
+            "own_reaction_s": float(np.median(led)) if led else np.nan,
             "seen_share": metrics.seen_share(np.array(n.true_then), np.array(n.away)),
             "avoiding_share": float(np.mean(activation > metrics.ACTS)),
             "stops": n.stops,

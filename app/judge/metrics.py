@@ -17,6 +17,8 @@ NEAR = 1.0  # [m] what is farther away need not be seen
 JUMP = 0.05  # [m] in one tick: another control point, not the same one sliding on
 CALM = 0.5  # [s] nobody was near for so long before an approach
 ACTS = 0.05  # activation
+HELD_BACK = 0.99  # of what was asked for: with less of it left a command was held back
+REACTS = 0.05  # [m/s] by which the arm's own point must be led away more than before
 
 
 def mean_minimum(trials: Sequence[Array]) -> float:
@@ -34,10 +36,21 @@ def share_below(d: Array, limit: float) -> float:
     return float(np.mean(d < limit))
 
 
+def shortfall(d: Array, limit: float) -> float:
+    """mean_t max(0, limit - d(t)) [m]: by how much the distance to be kept is missed."""
+    return float(np.mean(np.maximum(limit - d, 0.0)))
+
+
 def contacts(d: Array) -> int:
     """How often d(t) <= 0 begins."""
     touching = np.concatenate([[False], d <= 0.0])
     return int(np.count_nonzero(touching[1:] & ~touching[:-1]))
+
+
+def effort(qd: Array, rate: float) -> float:
+    """integral |qd|^2 dt = sum_t |qd(t)|^2 / rate [rad^2/s] of commands (T, n): what a motion
+    costs in drives of equal damping."""
+    return float(np.sum(np.square(qd)) / rate)
 
 
 def path_error(tool: Array, goal: Array) -> float:
@@ -71,6 +84,25 @@ def reaction_times(stamp: Array, d: Array, activation: Array, begins: float) -> 
             continue
         ends = i + int(np.argmin(np.append(near[i:], False)))
         acts = np.flatnonzero(activation[i:ends] > ACTS)
+        last = i + int(acts[0]) if len(acts) else min(ends, len(stamp) - 1)
+        out.append(float(stamp[last] - stamp[i]))
+    return out
+
+
+def own_reaction_times(stamp: Array, d: Array, led: Array, begins: float) -> list[float]:
+    """[s] from d(t) falling below `begins`, after `CALM` without, to led(t) > led(then) + `REACTS`.
+
+    Asked of the arm's motion alone, so in the same way of every controller. led: [m/s] at which
+    the arm itself leads its nearest link away (`app.judge.contact.led_away`). Left out where it
+    did so already; an approach that ends without a reaction counts as long as it lasted.
+    """
+    near = d < begins
+    out = []
+    for i in (np.flatnonzero(near[1:] & ~near[:-1]) + 1).tolist():
+        if near[(stamp >= stamp[i] - CALM) & (stamp < stamp[i])].any() or led[i] > REACTS:
+            continue
+        ends = i + int(np.argmin(np.append(near[i:], False)))
+        acts = np.flatnonzero(led[i:ends] > led[i] + REACTS)
         last = i + int(acts[0]) if len(acts) else min(ends, len(stamp) - 1)
         out.append(float(stamp[last] - stamp[i]))
     return out

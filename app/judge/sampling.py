@@ -14,21 +14,27 @@ def surface_points(vertices: Array, faces: NDArray[np.int64], spacing: float) ->
     corners = vertices[faces]
     longest = np.linalg.norm(corners - np.roll(corners, 1, axis=1), axis=2).max(axis=1)
     large = longest > spacing
-    points = [_lattice(c, e, spacing) for c, e in zip(corners[large], longest[large], strict=True)]
-    return _thinned(np.concatenate([corners[~large].reshape(-1, 3), *points]), spacing)
+    lattices = _lattices(corners[large], np.ceil(longest[large] / spacing).astype(np.int64))
+    return _thinned(np.concatenate([corners[~large].reshape(-1, 3), lattices]), spacing)
 
 
-def _lattice(corners: Array, longest: float, spacing: float) -> Array:
-    """Points of a triangle (3, 3), `spacing` apart along its longest edge."""
-    n = int(np.ceil(longest / spacing))
-    i, j = np.meshgrid(np.arange(n + 1), np.arange(n + 1), indexing="ij")
-    inside = i + j <= n
-    weights = np.column_stack((i[inside], j[inside], n - i[inside] - j[inside])) / n
-    return np.asarray(weights @ corners)
+def _lattices(corners: Array, steps: NDArray[np.int64]) -> Array:
+    """Points of triangles (t, 3, 3), one triangle after the other, each with its own number (t,)
+    of steps along an edge."""
+    count = (steps + 1) * (steps + 2) // 2
+    first = np.cumsum(count) - count
+    points = np.empty((int(count.sum()), 3))
+    for n in np.unique(steps):  # those alike in one go: a call for each was most of it
+        alike = steps == n
+        i, j = np.nonzero(np.add.outer(np.arange(n + 1), np.arange(n + 1)) <= n)
+        weights = np.column_stack((i, j, n - i - j)) / n
+        points[first[alike, None] + np.arange(len(i))] = weights @ corners[alike]
+    return points
 
 
 def _thinned(points: Array, spacing: float) -> Array:
-    """One of the points that share a cube of `spacing`."""
+    """The first of the points that share a cube of `spacing`."""
     cubes: NDArray[np.int64] = np.floor(points / spacing).astype(np.int64)
-    _, first = np.unique(cubes, axis=0, return_index=True)
+    cubes -= cubes.min(axis=0)
+    _, first = np.unique(np.ravel_multi_index(cubes.T, cubes.max(axis=0) + 1), return_index=True)
     return np.asarray(points[np.sort(first)])

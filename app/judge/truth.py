@@ -2,8 +2,8 @@
 
 Links are meshes; the world's boxes, spheres, capsules and cylinders are exact solids, its
 mesh bodies are surfaces. An exact answer costs up to a millisecond, so every pair is first
-bounded from below by the distance of the link's bounding box, which costs microseconds, and
-only pairs that may still be the nearest are measured.
+bounded from below by the distance of the convex hulls, which costs microseconds and is mostly the
+answer itself, and only pairs that may still be the nearest are measured.
 """
 
 from collections.abc import Collection, Mapping, Sequence
@@ -18,13 +18,15 @@ from app.messages import Array, BodyPose
 from app.world.shapes import Shape
 from app.world.world import World
 
+FLAT = 1e-6  # [m]
+ROUNDING = 1e-5  # [m] distances of hulls are off by less
+
 
 class Hull(NamedTuple):
-    """A geometry to measure, and a box around it to bound with: centre (3,), own frame."""
+    """A geometry to measure, and its convex hull to bound with."""
 
     exact: Any
-    box: Any
-    centre: Array
+    hull: Any
 
 
 class TruePair(NamedTuple):
@@ -51,8 +53,9 @@ class TrueDistance:
     def __init__(self, bodies: Sequence[tuple[Array, NDArray[np.int64]]]) -> None:
         self._links = [surface(vertices, faces) for vertices, faces in bodies]
         self._solids: dict[Shape, Hull] = {}  # each shape is prepared when first met
-        self._request = coal.DistanceRequest()
+        self._request, self._rough = coal.DistanceRequest(), coal.DistanceRequest()
         self._request.enable_signed_distance = True
+        self._rough.enable_signed_distance = False
 
     def measure(self, T_base_link: Array, world: World, leave_out: Collection[str] = ()) -> Array:
         """Distances (L,) [m] of links posed at T_base_link (L, 4, 4) to their nearest body.
@@ -117,15 +120,21 @@ class TrueDistance:
                 solid, T_body = self._solid(shapes[body.view.name]), body.T_base_body
                 if self._bound(hull, T, solid, T_body) >= within:
                     continue
-                result = coal.DistanceResult()
-                d = coal.distance(
-                    hull.exact, _at(T), solid.exact, _at(T_body), self._request, result
-                )
-                if d < within:
-                    on, at = result.getNearestPoint1(), result.getNearestPoint2()
-                    ends = np.array(on), np.array(at), -np.array(result.normal)
-                    found.append(TruePair(link, body.view.name, float(d), *ends))
+                pair = self.closest(link, T, body.view.name, shapes[body.view.name], T_body)
+                if pair.distance < within:
+                    found.append(pair)
         return found
+
+    def closest(
+        self, link: int, T_base_link: Array, body: str, shape: Shape, T_base_body: Array
+    ) -> TruePair:
+        """Where one link, posed at T_base_link (4, 4), and one body are closest."""
+        result, at_link, at_body = coal.DistanceResult(), _at(T_base_link), _at(T_base_body)
+        exact, solid = self._links[link].exact, self._solid(shape).exact
+        d = float(coal.distance(exact, at_link, solid, at_body, self._request, result))
+        on_link, on_body = result.getNearestPoint1(), result.getNearestPoint2()
+        normal = -np.array(result.normal)
+        return TruePair(link, body, d, np.array(on_link), np.array(on_body), normal)
 
     def pair(
         self, link: int, T_base_link: Array, shape: Shape, T_base_body: Array, needed: float
@@ -141,10 +150,11 @@ class TrueDistance:
         return self._distance(hull.exact, _at(T_base_link), solid.exact, _at(T_base_body))
 
     def _bound(self, link: Hull, T_base_link: Array, solid: Hull, T_base_body: Array) -> float:
-        at_link, at_body = _at(T_base_link, link.centre), _at(T_base_body, solid.centre)
-        bound = self._distance(link.box, at_link, solid.box, at_body)
-        # boxes that overlap say nothing of how deep the exact shapes do
-        return bound if bound > 0.0 else -np.inf
+        at_link, at_body = _at(T_base_link), _at(T_base_body)
+        result = coal.DistanceResult()
+        bound = coal.distance(link.hull, at_link, solid.hull, at_body, self._rough, result)
+        # hulls that overlap say nothing of how deep the exact shapes do
+        return bound - ROUNDING if bound > ROUNDING else -np.inf
 
     def _distance(self, a: Any, at_a: Any, b: Any, at_b: Any) -> float:
         return float(coal.distance(a, at_a, b, at_b, self._request, coal.DistanceResult()))
@@ -156,7 +166,7 @@ class TrueDistance:
 
 
 def _solid(shape: Shape) -> Hull:
-    """A world's shape; a primitive bounds itself, since it is as quick as a box."""
+    """A world's shape; a primitive is its own hull."""
     makers = {
         "box": coal.Box,
         "panel": coal.Box,
@@ -167,7 +177,7 @@ def _solid(shape: Shape) -> Hull:
     if shape.kind not in makers:
         return surface(shape.vertices, shape.faces)
     solid = makers[shape.kind](*shape.dims)
-    return Hull(solid, solid, np.zeros(3))
+    return Hull(solid, solid)
 
 
 def distance_between(a: Hull, T_base_a: Array, b: Hull, T_base_b: Array) -> float:
@@ -185,12 +195,21 @@ def surface(vertices: Array, faces: NDArray[np.int64]) -> Hull:
     model.addVertices(np.asarray(vertices, dtype=np.float64))
     model.addTriangles(np.asarray(faces))
     model.endModel()
-    used = vertices[np.unique(faces)]
-    low, high = used.min(axis=0), used.max(axis=0)
-    return Hull(model, coal.Box(*(high - low)), (low + high) / 2)
+    return Hull(model, _convex(vertices[np.unique(faces)]))
 
 
-def _at(T: Array, offset: Array | None = None) -> Any:
-    """A pose (4, 4), moved by `offset` (3,) in its own frame, as coal wants it."""
-    R, p = T[:3, :3], T[:3, 3]
-    return coal.Transform3s(R, p if offset is None else p + R @ offset)
+def _convex(points: Array) -> Any:
+    """The convex hull of points (n, 3) [m]; what is flat is made `FLAT` thick each way."""
+    _, lengths, axes = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
+    if lengths[-1] < FLAT * np.sqrt(len(points)):
+        points = np.concatenate((points + FLAT * axes[-1], points - FLAT * axes[-1]))
+    model = coal.BVHModelOBBRSS()
+    model.beginModel(0, len(points))
+    model.addVertices(points)
+    model.buildConvexHull(False, "Qt")
+    return model.convex
+
+
+def _at(T: Array) -> Any:
+    """A pose (4, 4) as coal wants it."""
+    return coal.Transform3s(T[:3, :3], T[:3, 3])

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array
 from app.robot.skin import Skin
 
@@ -34,6 +35,16 @@ class UnseenPoints(NamedTuple):
     sensor: NDArray[np.int64]
 
 
+class _Rays(NamedTuple):
+    """The middle of each of B blocks of zones: its sensor and link (B,), lens and unit ray (B, 3)
+    in the link's frame."""
+
+    owner: NDArray[np.int64]
+    link: NDArray[np.int64]
+    origin: Array
+    ray: Array
+
+
 class Cones:
     """The cones of a skin's zones as points, and which rays pass near each of them."""
 
@@ -47,14 +58,12 @@ class Cones:
         np.add.at(ray, self._block, skin.reach / np.linalg.norm(skin.reach, axis=1)[:, None])
         ray /= np.linalg.norm(ray, axis=1)[:, None]
         origin, link = skin.origin[self.owner], skin.link[self.owner]
-        point, block = _samples(self.owner, origin, ray)
+        rays = _Rays(self.owner, link.astype(np.int64), origin, ray)
+        point, block = _samples(rays)
         self._of = block  # (n,) block of each point
-        self.everything = UnseenPoints(point, link[block].astype(np.int64), self.owner[block])
+        self.everything = UnseenPoints(point, rays.link[block], self.owner[block])
         self._beside = np.zeros((len(point), B), dtype=bool)
-        for i in range(B):
-            mine = self.everything.link == link[i]
-            apart = _to_ray(point[mine], origin[i], ray[i])
-            self._beside[mine, i] = apart <= BREADTH
+        _find_beside(self.everything, rays, self._beside)
 
     def blocks(self, zones: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """(B,) the blocks with any of these zones (S,)."""
@@ -73,7 +82,7 @@ class Cones:
 
 @lru_cache(maxsize=8)
 def cones_of(skin: Skin) -> Cones:
-    """Those of a skin, which never change; they take a quarter of a second."""
+    """Those of a skin, which never change."""
     return Cones(skin)
 
 
@@ -89,27 +98,47 @@ def _blocks(skin: Skin) -> NDArray[np.int64]:
     return out
 
 
-def _samples(
-    owner: NDArray[np.int64], origin: Array, ray: Array
-) -> tuple[Array, NDArray[np.int64]]:
-    """Points (n, 3) on the rays (B, 3) and the blocks (n,) that they belong to, from near to far;
-    none of a sensor nearer to another of it than `SPACING`."""
-    points: list[Array] = []
-    blocks: list[int] = []
-    for k in range(int(owner[-1]) + 1):
-        kept = np.empty((0, 3))
+@compiled
+def _samples(rays: _Rays) -> tuple[Array, NDArray[np.int64]]:
+    """Points (n, 3) on the rays and the blocks (n,) that they belong to, sensor by sensor from near
+    to far; none of a sensor nearer to another of it than `SPACING`."""
+    B = len(rays.owner)
+    point, block, n = np.empty((B * len(DEPTHS), 3)), np.empty(B * len(DEPTHS), np.int64), 0
+    for k in range(rays.owner[-1] + 1):
+        first = n
         for depth in DEPTHS:
-            for b in np.flatnonzero(owner == k):
-                p = origin[b] + depth * ray[b]
-                if (np.square(kept - p).sum(axis=1) >= SPACING**2).all():
-                    kept = np.vstack((kept, p))
-                    blocks.append(int(b))
-        points.append(kept)
-    return np.concatenate(points), np.array(blocks, dtype=np.int64)
+            for b in range(B):
+                if rays.owner[b] == k:
+                    point[n] = rays.origin[b] + depth * rays.ray[b]
+                    if _is_apart(point, first, n):
+                        block[n] = b
+                        n += 1
+    return point[:n].copy(), block[:n].copy()
 
 
-def _to_ray(points: Array, origin: Array, ray: Array) -> Array:
-    """(n,) [m] from points (n, 3) to a ray."""
-    v = points - origin
-    along = np.maximum(v @ ray, 0.0)
-    return np.asarray(np.linalg.norm(v - along[:, None] * ray, axis=1))
+@compiled
+def _is_apart(point: Array, first: int, last: int) -> bool:
+    """Is point number `last` at least `SPACING` from those before it, from the `first` on?"""
+    for m in range(first, last):
+        square = 0.0
+        for i in range(3):
+            square += (point[m, i] - point[last, i]) ** 2
+        if square < SPACING**2:
+            return False
+    return True
+
+
+@compiled
+def _find_beside(points: UnseenPoints, rays: _Rays, beside: NDArray[np.bool_]) -> None:
+    """Set `beside` (n, B) where a point is within `BREADTH` of a block's ray, of one link."""
+    for n in range(len(points.link)):
+        for b in range(len(rays.link)):
+            if points.link[n] != rays.link[b]:
+                continue
+            along, square = 0.0, 0.0
+            for i in range(3):
+                along += (points.point[n, i] - rays.origin[b, i]) * rays.ray[b, i]
+            along = max(along, 0.0)
+            for i in range(3):
+                square += (points.point[n, i] - rays.origin[b, i] - along * rays.ray[b, i]) ** 2
+            beside[n, b] = square <= BREADTH**2

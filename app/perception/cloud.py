@@ -13,6 +13,7 @@ from app.cell.parts import Cell
 from app.messages import Array, Cloud, SensorFrame, Verdict, freeze
 from app.perception.background import Background
 from app.perception.behind import FARTHEST
+from app.perception.between import Between
 from app.perception.contact import Contacts
 from app.perception.ghosts import Ghosts
 from app.perception.hanging import Hanging
@@ -52,6 +53,7 @@ class SkinCloud:
         self._ghosts, self._hanging = Ghosts(skin), Hanging(robot, skin)
         self._contacts, self._proof = Contacts(skin), Proof(skin)
         self._windows = DirtyWindows(skin)
+        self._between = Between(skin, self._lenses, self._hanging)
         self.background = Background(cell.learned)
         self.reset()
 
@@ -110,6 +112,8 @@ class SkinCloud:
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
         if rules.doubts_hoses:
             self._hanging.mark(sensors, reports.distance, points, posture, judged)
+        if rules.doubts_mixtures:
+            self._doubt_mixtures(sensors, posture)
         if rules.doubts_windows:
             self._doubt_windows(sensors, posture)
         self._ghosts.mark_ghosts(sensors, reports.distance, judged, rules)
@@ -122,13 +126,25 @@ class SkinCloud:
             kept = slots[judged.verdict[slots] == KEPT]
             self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)
 
+    def _doubt_mixtures(self, sensors: NDArray[np.intp], posture: Posture) -> None:
+        """Take what is thin, with the known cell behind, for the cell."""
+        asked = self._windows.doubtful(sensors, self._reports.distance, self._judged)
+        if asked is not None:
+            self._between.mark(
+                sensors, asked, self._points, posture, self._judged, self.static_filter
+            )  # fmt: skip
+
     def _doubt_windows(self, sensors: NDArray[np.intp], posture: Posture) -> None:
         """Doubt what a dirty window may have made of the body."""
         reports, judged = self._reports, self._judged
         thin = self._windows.doubtful(sensors, reports.distance, judged)
         if thin is not None:
+            asked = thin.copy()  # those that surely have no body behind them are asked no further
             drawn = self._self_filter.drawn(sensors, thin, reports.distance, judged)
             self._hanging.behind(sensors, thin, self._points, posture, FARTHEST, drawn)
+            self._between.behind(
+                sensors, asked, self._points, posture, judged, self.static_filter, FARTHEST, drawn
+            )  # fmt: skip
             thin = drawn
         sight = Sight(self._points, self._stamp, posture.T_base_link)
         self._windows.mark(sensors, thin, sight, reports, self._lenses, judged.verdict)

@@ -4,7 +4,8 @@ A hose lies on its link or spans a hollow of it, so all of it is in the link's c
 hardly outside, and it is thin. A thing of the world that comes there is wide or reaches farther: a
 hand has an arm, a plate its other end. So the kept zones of a frame are gathered into things,
 neighbours in the image at about one distance, and a thin one of which no part lies outside the
-hulls is taken for the robot's. A point p that is seen along u at the distance d lies inside if for
+hulls is taken for the robot's, unless it is seen through a hole in something nearer: a hose runs
+on, or has its link beside it. A point p that is seen along u at the distance d lies inside if for
 the planes (n, o) of all faces
 
     n . p + o <= THICK + eps + d aside |n x u|
@@ -24,7 +25,7 @@ from scipy.spatial import ConvexHull
 from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.returns import Judgement
-from app.perception.things import ALIKE, grow
+from app.perception.things import ALIKE, find_in_holes, grow
 from app.perception.uncertainty import views_aside
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -98,7 +99,24 @@ class Hanging:
     ) -> None:
         """Mark in `out` (S,) which `asked` zones (S,) of `sensors` (m,) may see what hangs on the
         robot behind their `points` (S, 3), up to `farthest` [m]."""
-        _mark_behind(sensors, asked, points, posture.T_base_link, self._wraps, farthest, out)
+        _mark_along(
+            sensors, asked, points, posture.T_base_link, self._wraps, 0.0, farthest, out
+        )  # fmt: skip
+
+    def before(
+        self,
+        sensors: NDArray[np.intp],
+        asked: NDArray[np.bool_],
+        points: Array,
+        posture: Posture,
+        back: float,
+        out: NDArray[np.bool_],
+    ) -> None:
+        """Mark in `out` (S,) which `asked` zones (S,) of `sensors` (m,) may be crossed by the robot
+        or what hangs on it before their `points` (S, 3), by at most `back` [m]."""
+        _mark_along(
+            sensors, asked, points, posture.T_base_link, self._wraps, back, 0.0, out
+        )  # fmt: skip
 
 
 def _faces(vertices: Array) -> Array:
@@ -185,16 +203,18 @@ def _holds(
 
 
 @compiled
-def _mark_behind(
+def _mark_along(
     sensors: NDArray[np.intp],
     asked: NDArray[np.bool_],
     points: Array,
     T_base_link: Array,
     wraps: Wraps,
+    back: float,
     farthest: float,
     out: NDArray[np.bool_],
 ) -> None:
-    """See `Hanging.behind`."""
+    """Which rays pass through a wrap between `back` [m] before their points and `farthest` [m],
+    but at least as far as the points."""
     lens = np.empty(3)
     for k in sensors:
         T = T_base_link[wraps.link[k]]
@@ -206,17 +226,18 @@ def _mark_behind(
                 continue
             for link in range(len(T_base_link)):
                 out[zone] |= wraps.moves[k, link] and _passes(
-                    points[zone], lens, wraps.aside[k], farthest, T_base_link[link],
+                    points[zone], lens, wraps.aside[k], (back, farthest), T_base_link[link],
                     wraps.plane[wraps.face[link] : wraps.face[link + 1]],
                 )  # fmt: skip
 
 
 @compiled
 def _passes(
-    point: Array, lens: Array, aside: float, farthest: float, T: Array, plane: Array
+    point: Array, lens: Array, aside: float, part: tuple[float, float], T: Array, plane: Array
 ) -> bool:
-    """Does the ray from a lens (3,) through a point (3,) pass, `aside` [rad] or less, through what
-    may hang on the link at T (4, 4) with the hull `plane` (N, 4), beyond the point?"""
+    """Does a `part` of the ray from a lens (3,) through a point (3,) pass, `aside` [rad] or less,
+    through what may hang on the link at T (4, 4) with the hull `plane` (N, 4)? It begins part[0]
+    before the point and ends at part[1] from the lens, or at the point if that is farther [m]."""
     p, u, square = np.empty(3), np.empty(3), 0.0
     for a in range(3):
         p[a] = u[a] = 0.0
@@ -225,7 +246,8 @@ def _passes(
             u[a] += T[b, a] * (point[b] - lens[b])
         square += u[a] * u[a]
     length = max(np.sqrt(square), 1e-6)
-    low, high = 1.0, farthest / length  # in lengths of the ray to the point
+    # in lengths of the ray to the point
+    low, high = max(1.0 - part[0] / length, 0.0), max(1.0, part[1] / length)
     for i in range(len(plane)):
         height, slope = plane[i, 3] - THICK, -aside * length
         for a in range(3):
@@ -248,7 +270,8 @@ def _things_outside(
     grid: NDArray[np.int64],
     width: float,
 ) -> NDArray[np.bool_]:
-    """(n,) is the kept zone part of a thing that is wide or reaches outside? From there on.
+    """(n,) is the kept zone part of a thing that is wide, reaches outside or is seen through a hole
+    in something nearer?
 
     width: [rad] of a zone.
     """
@@ -257,6 +280,8 @@ def _things_outside(
         if kept[i]:
             outside[i] = link[i] < 0 or _wide(i, z, verdict, grid, width)
     grow(outside, z, kept, grid)
+    if (kept & ~outside).any():
+        find_in_holes(z, kept, grid, outside)
     return outside
 
 

@@ -5,8 +5,9 @@ A zone whose rays meet the body at distances d_i may see it anywhere from the ne
 
     outside = the least by which the report lies before or behind one of [d_i, d_i + DEPTH]
 
-outside <= eps: the zone saw the robot. If it lies farther behind what its middle meets, the point
-is where nothing can be seen. eps follows from what is known of the sensor (see
+outside <= eps: the zone saw the robot, unless so little of it lies there that the zone cannot
+report it so near (see `app.perception.mixing`). If the report lies farther behind what its middle
+meets, the point is where nothing can be seen. eps follows from what is known of the sensor (see
 `app.perception.uncertainty`), or from what was measured of the link:
 
     eps = max(CALIBRATED, measured + sigmas * noise(reported))
@@ -19,8 +20,10 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array, Verdict
-from app.perception.casting import Aims, Casts, Hulls
+from app.perception.casting import DEPTH, Aims, Casts, Hulls
 from app.perception.footprint import Fan
+from app.perception.mixing import least_report
+from app.perception.rules import Rules
 from app.perception.uncertainty import Known
 from app.robot.traits import noise_of, pulse_of
 
@@ -32,8 +35,8 @@ class Judgement(NamedTuple):
     """What became of S zones.
 
     verdict: KEPT, SELF or BEHIND.   link: in the zone's way, or -1.
-    gap:     [m] from the report to the d_i that explains it best, positive where the report lies
-             before it; +inf where no body is in the way.
+    gap:     [m] from the report to the d_i that explains it best, or to the least that the zone can
+             report, positive where the report lies before it; +inf where no body is in the way.
     eps:     [m] threshold.   edge: the zone lies across an edge of what is in its way.
     aims:    how the zones were looked at.
     """
@@ -96,17 +99,17 @@ def take_hits(
 def explain_returns(
     sensors: NDArray[np.intp],
     reported: Array,
-    depth: float,
-    two_sided: bool,
+    rules: Rules,
+    fan: Fan,
     known: Known,
     hulls: Hulls,
     returns: Returns,
     judged: Judgement,
 ) -> None:
-    """Judge the zones of `sensors` (m,) by what their rays met; their rows of `judged` are written.
-
-    reported: (S,) [m].   depth: [m] as `DEPTH`.   two_sided: keep what lies behind the body.
-    """
+    """Judge the zones of `sensors` (m,), which `reported` (S,) [m], by what their rays met; rows of
+    `judged` are written where there are new rays. What some rays of a first look explain is KEPT
+    until all are cast."""
+    depth = DEPTH if rules.footprint else 0.0
     first = np.searchsorted(known.sensor_of, sensors)
     last = np.searchsorted(known.sensor_of, sensors, side="right")
     for m in range(len(sensors)):
@@ -116,6 +119,8 @@ def explain_returns(
         )  # fmt: skip
         for zone in range(first[m], last[m]):
             rays, z = judged.aims.rays[zone], reported[zone]
+            if judged.aims.done[zone] == rays:
+                continue
             gap, outside, link, across = _nearest(rays, z, depth, least, more, returns, zone)
             eps = judged.aims.eps[zone]
             if link >= 0 and not np.isnan(hulls.measured[link, across]):
@@ -126,8 +131,33 @@ def explain_returns(
             judged.verdict[zone] = KEPT
             if outside <= eps:
                 judged.verdict[zone] = SELF
-            elif not two_sided and returns.distance[zone, 0] + depth < z:
+                if rays > 1 and abs(returns.distance[zone, 0] - z) > eps:
+                    _doubt_sides(k, zone, z, fan, known, returns, judged)
+            elif not rules.two_sided and returns.distance[zone, 0] + depth < z:
                 judged.verdict[zone] = BEHIND
+
+
+@compiled
+def _doubt_sides(
+    k: int, zone: int, z: float, fan: Fan, known: Known, returns: Returns, judged: Judgement
+) -> None:
+    """Turn SELF into KEPT where a zone of sensor k that reports z [m] cannot report the body so
+    near, or where not all of its rays have been cast yet."""
+    rays, farthest = judged.aims.rays[zone], 0.0
+    for ray in range(rays):
+        if returns.distance[zone, ray] < np.inf:
+            farthest = max(farthest, returns.distance[zone, ray])
+    if z + judged.eps[zone] >= farthest:
+        return  # no mean is farther
+    if rays < fan.looks[k, 1]:
+        judged.verdict[zone] = KEPT
+        return
+    least = least_report(
+        returns.distance[zone, :rays], fan.offset[k, :rays], judged.aims.spread[zone],
+        known.merge[k], z + judged.eps[zone],
+    )  # fmt: skip
+    if least > z + judged.eps[zone]:
+        judged.verdict[zone], judged.gap[zone] = KEPT, least - z
 
 
 @compiled

@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 from app.messages import Array
 from app.perception.behind import aim_behind, find_body_behind
 from app.perception.casting import (
-    DEPTH,
     NEAR,
     Aims,
     Casts,
@@ -42,7 +41,7 @@ from app.perception.returns import (
     take_own,
 )
 from app.perception.rules import Rules
-from app.perception.uncertainty import Known, known_of, spread
+from app.perception.uncertainty import Known, known_of, spreads_of_standing
 from app.raycast import MISS, RigidMesh
 from app.robot.model import Robot
 from app.robot.posture import Posture
@@ -119,9 +118,8 @@ class SelfFilter:
         """Cast the rays that are still to be cast, and judge by all."""
         self._cast(sensors, judged.aims)
         explain_returns(
-            sensors, reported, DEPTH if rules.footprint else 0.0, rules.two_sided,
-            self._known, self._hulls, self._returns, judged,
-        )  # fmt: skip
+            sensors, reported, rules, self.fan, self._known, self._hulls, self._returns, judged
+        )
 
     def _cast(self, sensors: NDArray[np.intp], aims: Aims) -> None:
         """Cast the rays that are still to be cast."""
@@ -145,11 +143,12 @@ def _own_returns(robot: Robot, fan: Fan, known: Known, hulls: Hulls) -> Returns:
     for k in range(len(fan.link)):
         mine = slice(fan.first[k], fan.first[k + 1])
         away = np.full(fan.first[k + 1] - fan.first[k], USUAL)
+        wide = np.empty_like(away)
         for _ in range(2):
-            wide = np.array([spread(known, k, z, 0.0) for z in away])
+            spreads_of_standing(known, k, away, wide)
             distance, link = _fixed_hits(robot, fan, hulls, k, wide)
             nearest = distance.min(axis=1)
-            away = np.where(np.isfinite(nearest), nearest, USUAL)
+            away = np.where(np.isfinite(nearest), nearest, USUAL).astype(np.float64)
         own.distance[mine], own.link[mine] = distance, link
     return own
 

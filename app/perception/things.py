@@ -7,6 +7,7 @@ from app.compiled import compiled
 from app.messages import Array
 
 ALIKE = 0.10  # [m] distances of neighbouring zones that differ by less are one thing
+AROUND = 0.8  # of the zones round a thing that see something nearer, if it is seen through a hole
 FLAT = 0.05  # [m] as do those of one side of it in two by two zones
 
 
@@ -34,6 +35,47 @@ def grow(
                 if kept[j] and not part[j] and abs(z[j] - z[i]) < ALIKE:
                     part[j], todo[left] = True, j
                     left += 1
+
+
+@compiled
+def find_in_holes(
+    z: Array, kept: NDArray[np.bool_], grid: NDArray[np.int64], known: NDArray[np.bool_]
+) -> None:
+    """Add to `known` (n,) the kept zones that see a thing through a hole in something nearer, which
+    is kept as well; z, kept, grid: as in `grow`. What is known already is not asked."""
+    n, part, seen = len(z), np.empty(len(z), dtype=np.bool_), known.copy()
+    for i in range(n):
+        if not kept[i] or seen[i]:
+            continue
+        part[:] = False
+        part[i] = True
+        grow(part, z, kept, grid)
+        beside, nearer = _around(part, z, kept, grid)
+        for j in range(n):
+            seen[j] |= part[j]
+            known[j] |= part[j] and nearer > 0 and nearer >= AROUND * beside
+
+
+@compiled
+def _around(
+    part: NDArray[np.bool_], z: Array, kept: NDArray[np.bool_], grid: NDArray[np.int64]
+) -> tuple[int, int]:
+    """How many zones lie round a part (n,) of an image, and how many of them see something nearer
+    than all of it beside them, and are kept."""
+    beside, nearer, columns = 0, 0, grid[1]
+    for i in range(len(z)):
+        if part[i]:
+            continue
+        row, column = i // columns, i % columns
+        farther, touches = True, False
+        for r in range(max(0, row - 1), min(grid[0], row + 2)):
+            for c in range(max(0, column - 1), min(columns, column + 2)):
+                if part[r * columns + c]:
+                    touches = True
+                    farther &= z[r * columns + c] > z[i]
+        beside += touches
+        nearer += touches and farther and kept[i]
+    return beside, nearer
 
 
 @compiled

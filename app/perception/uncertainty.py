@@ -46,6 +46,7 @@ class Known(NamedTuple):
 
     sensor_of: (S,) of each zone.   link: (K,).   origin: (K, 3) lens [m], link frame.
     noise, pulse: (K, 2), see `app.robot.traits.Traits`.
+    merge: (K,) [m] how far behind a target another one is told apart.
     near: (K, 2) [m] what is added at the lens, less and less up to where.
     half: (K,) [rad] half of a zone's smaller width.
     position, angle, share, time: (K,), see `app.robot.doubt.Doubt`.
@@ -58,6 +59,7 @@ class Known(NamedTuple):
     origin: Array
     noise: Array
     pulse: Array
+    merge: Array
     near: Array
     half: Array
     position: Array
@@ -77,6 +79,7 @@ def known_of(skin: Skin, caution: float = 1.0) -> Known:
         origin=skin.origin,
         noise=skin.traits.noise,
         pulse=skin.traits.pulse,
+        merge=np.array([s.type.separate_m for s in skin.sensors]),
         near=np.array([(e.near_offset_m, e.near_offset_below_m) for e in errors]),
         half=np.array([min(s.type.pitch) / 2.0 for s in skin.sensors]),
         position=d.position,
@@ -194,6 +197,14 @@ def spread(known: Known, k: int, distance: float, speed: float) -> float:
     aside = known.position[k] ** 2 + (known.time[k] * speed) ** 2
     angle = np.sqrt(known.angle[k] ** 2 + aside / max(distance, 0.01) ** 2)
     return float(min(1.0 + known.sigmas[1] * angle / known.half[k], WIDEST))
+
+
+@compiled
+def spreads_of_standing(known: Known, k: int, distance: Array, out: Array) -> None:
+    """Write the `spread` (n,) of zones of sensor k that see what stands still at these
+    distances (n,) [m]."""
+    for i in range(len(distance)):
+        out[i] = spread(known, k, distance[i], 0.0)
 
 
 def views_aside(skin: Skin) -> Array:

@@ -17,7 +17,7 @@ from app.sensing.source import Source
 from app.setup import Setup
 from app.studies.conditions import HAND, Condition
 from app.studies.faulty_skin import FaultySkin
-from app.studies.headless import step_until
+from app.studies.headless import Ready, nothing, step_until
 from app.studies.one_pair import OnePairALink
 from app.studies.oracle import TruePerception
 from app.studies.trial import TrialResult, TrialSpec
@@ -61,11 +61,12 @@ def setup_of(spec: TrialSpec, c: Condition, scene: str, **more: Any) -> Setup:
     )  # fmt: skip
 
 
-def run_case(spec: TrialSpec, c: Condition, case: Case) -> TrialResult:
-    """The trial from beginning to end."""
+def run_case(spec: TrialSpec, c: Condition, case: Case, ready: Ready = nothing) -> TrialResult:
+    """The trial from beginning to end; ready: is given the engine before its first tick."""
     engine = build_case(case, c)
     try:
         fail = _failing(engine, case, c, spec.seed) if c.fault else None
+        ready(engine)
         watch = Encounter(engine)
         own = case.watch(engine) if case.watch else None
     except BaseException:

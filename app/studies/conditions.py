@@ -4,6 +4,7 @@
 
 A controller, a side where the experiment has sides, then what is left out (-) or added (+), and
 the variant where the experiment has variants, as in QP-memory@1.0.
+Others' controllers are named by their files: mine.py, mine.py:MineL+dead:3.
 """
 
 import re
@@ -12,6 +13,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from app.config import Params, change, tunables
+from app.control.guests.files import GUEST, welcome
 from app.control.registry import kind_of, kinds
 from app.errors import ConfigError, options
 from app.sensing.budget import read_budget
@@ -98,11 +100,16 @@ def read_condition(
 
 
 def words_of(plain: str) -> list[str]:
-    """A controller with its side, then each change; after a colon a - belongs to the value, such
-    as a layout's name, so that what is left out comes before what is added."""
-    words: list[str] = []
-    for piece in re.split(r"(?=[+-])", plain):
-        if piece.startswith("-") and words and ":" in words[-1]:
+    """A controller with its side, then each change.
+
+    A file's name may hold signs itself. After a colon a - belongs to the value, such as a layout's
+    name, so that what is left out comes before what is added.
+    """
+    guest = re.fullmatch(rf"({GUEST}[A-Z]?)([+-].*)?", plain)
+    name, changes = (guest[1], guest[2] or "") if guest else ("", plain)
+    words = [name] if guest else []
+    for piece in filter(None, re.split(r"(?=[+-])", changes)):
+        if piece.startswith("-") and len(words) > 1 and ":" in words[-1]:
             words[-1] += piece
         else:
             words.append(piece)
@@ -128,6 +135,12 @@ def _check_variant(
 
 
 def _controller(name: str, text: str, sides: bool) -> tuple[str, str]:
+    if re.fullmatch(GUEST + "[A-Z]?", name):
+        if not sides:
+            return welcome(name), ""
+        if name[-1] not in SIDES:
+            raise ConfigError(f"no condition {text!r}; end its controller with R or L")
+        return welcome(name[:-1]), SIDES[name[-1]]
     known = {**{n: n for n in kinds()}, **SHORT, ORACLE: Params().mode}
     for hidden in SHORT.values():
         known.pop(hidden, None)  # one name each

@@ -4,8 +4,8 @@ A file in `app/studies/experiments` makes one with `register`; the command line,
 report and the benchmark know none of them by name.
 """
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 from app.errors import ConfigError, options
@@ -38,6 +38,9 @@ class Experiment:
     check:      ConfigError for a condition that it cannot run; None: by the common grammar.
     variants:   of the situation; one that is asked for stands after @ in a condition.
     variant:    ConfigError for another variant that there is not; None: there are no others.
+    paper:      what others have published, by condition and figure.
+    verdicts:   what its checks are called that hold, and that do not.
+    looked_at:  figures that it is about, for the report's pictures and comparisons.
     """
 
     name: str
@@ -53,6 +56,9 @@ class Experiment:
     check: Callable[[str], object] | None = None
     variants: tuple[str, ...] = ()
     variant: Callable[[str], object] | None = None
+    paper: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    verdicts: tuple[str, str] = ("holds", "does not hold")
+    looked_at: tuple[str, ...] = ("true_least_m", "true_mean_m", "below_kept", "path_error_m")
 
     def wanted(self, conditions: Sequence[str] = ()) -> tuple[str, ...]:
         """Those asked for, or its own; one without a variant stands for it in each of them."""

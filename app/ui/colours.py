@@ -9,6 +9,7 @@ from app.colours import REMEMBERED as REMEMBERED
 from app.colours import RGB as RGB
 from app.colours import WARN as WARN
 from app.colours import activation_colour as activation_colour
+from app.colours import css as css
 from app.messages import SensorHealth
 
 DANGER: RGB = (201, 42, 42)  # of a button: white on it is read easily, 5.6 : 1
@@ -28,8 +29,3 @@ HEALTH: dict[SensorHealth, RGB] = {
 
 PREVIEW: RGB = (240, 160, 40)  # cubes that a person has not kept yet
 RAW: RGB = (70, 75, 82)
-
-
-def css(colour: RGB) -> str:
-    """The colour as `#rrggbb`."""
-    return "#{:02x}{:02x}{:02x}".format(*colour)

@@ -79,7 +79,7 @@ def plan_of(table: PersonTable, seed: int, where: str) -> Plan:
         raise WorldError(f"{where}: order = 'varied' is drawn and goes on; give a seed and loop")
     plan = Plan(
         table.name, route, freeze(np.array(reach)), int(table.hand == "right"),
-        stature=table.stature_m or MIDDLE,
+        stature=table.stature_m or MIDDLE, places=tuple(stop.place for stop in table.stops),
     )  # fmt: skip
     if table.seed is None:
         return plan

@@ -35,6 +35,7 @@ class Plan:
     hand:  which reaches, 0 left, 1 right.
     start: [s] into the route at time zero.
     stature: [m].
+    places: names of the stops, '' for those without one; empty: none has one.
     """
 
     name: str
@@ -43,6 +44,7 @@ class Plan:
     hand: int = 1
     start: float = 0.0
     stature: float = MIDDLE
+    places: tuple[str, ...] = ()
 
 
 def varied(plan: Plan, rng: np.random.Generator, stature: bool, order: bool) -> Plan:
@@ -51,7 +53,7 @@ def varied(plan: Plan, rng: np.random.Generator, stature: bool, order: bool) -> 
     stature: draw it.   order: draw which stop comes next, how long it takes (x 0.5..1.5) and,
     within `ASIDE`, where the hand goes.
     """
-    route, reach = plan.route, plan.reach
+    route, reach, places = plan.route, plan.reach, plan.places
     way = route.stops[1] - route.stops[0]
     aside = np.array([-way[1], way[0], 0.0]) / np.hypot(way[0], way[1])
     stops, dwell = route.stops + rng.uniform(-LATERAL, LATERAL) * aside, route.dwell
@@ -60,10 +62,11 @@ def varied(plan: Plan, rng: np.random.Generator, stature: bool, order: bool) -> 
     if order:
         visits = _visits(len(stops), rng)
         stops, reach = stops[visits], reach[visits] + rng.uniform(-ASIDE, ASIDE, (VISITS, 3))
+        places = tuple(places[i] for i in visits) if places else ()
         dwell = np.maximum(dwell[visits] * rng.uniform(0.5, 1.5, VISITS), PAUSE)
     route = Route(freeze(stops), freeze(dwell), speed, route.loop)
     start = began * route.period if route.loop else plan.start
-    return replace(plan, route=route, reach=freeze(reach), start=start, stature=tall)
+    return replace(plan, route=route, reach=freeze(reach), start=start, stature=tall, places=places)
 
 
 def _visits(stops: int, rng: np.random.Generator) -> list[int]:
@@ -107,7 +110,7 @@ class Walker:
 
     def _ends(self, stage: Stage, T: Array) -> Array:
         """Ends (17, 2, 3) of all parts in the walker's frame, which is at T (4, 4)."""
-        plan, out = self.plan, self._reaching(stage)
+        plan, out = self.plan, self.reaching(stage)
         lean, squat = self._bows[stage.stop] * smoothstep(out)
         stance = replace(_walking(stage, plan), lean=float(lean), squat=float(squat))
         if out == 0.0:
@@ -130,7 +133,7 @@ class Walker:
         left = stage.duration - stage.elapsed
         return _turned(_turned(came, gaze, stage.elapsed), ahead, TURN - left)
 
-    def _reaching(self, stage: Stage) -> float:
+    def reaching(self, stage: Stage) -> float:
         """0 hand hanging .. 1 hand at its target, growing evenly, in the second part of a turn.
 
         Who bows deeply takes all of it.

@@ -115,11 +115,15 @@ class BodyTable(Table, frozen=True):
 
 
 class StopTable(Table, frozen=True):
-    """Where a person stops on the ground, how long, and what a hand reaches for."""
+    """Where a person stops on the ground, how long, and what a hand reaches for.
+
+    place: its name for who tells of it, such as 'the door'.
+    """
 
     at_m: tuple[float, float]
     dwell_s: NotNegative = 0.0
     reach_m: Vector | None = None
+    place: str = ""
 
 
 class PersonTable(Table, frozen=True):

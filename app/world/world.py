@@ -202,10 +202,13 @@ def _fixed(body: Body) -> bool:
 
 def _merged(bodies: Sequence[Body]) -> RigidMesh | None:
     """All that stands still for ever as one mesh in the base frame, so that one cast meets it."""
-    vertices, faces, count = [], [], 0
+    vertices, faces, boxes, count = [], [], [], 0
     for body in bodies:
         T, v = body.motion.pose(0.0), body.shape.vertices
         vertices.append(v @ T[:3, :3].T + T[:3, 3])
+        boxes.append([vertices[-1].min(axis=0), vertices[-1].max(axis=0)])
         faces.append(body.shape.faces + count)
         count += len(v)
-    return RigidMesh(np.concatenate(vertices), np.concatenate(faces)) if bodies else None
+    if not bodies:
+        return None
+    return RigidMesh(np.concatenate(vertices), np.concatenate(faces), np.array(boxes))

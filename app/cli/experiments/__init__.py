@@ -7,6 +7,7 @@ import tyro
 
 from app.cli.experiments.clutter import Clutter
 from app.cli.experiments.frontier import Frontier
+from app.cli.experiments.matrix import Matrix
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
@@ -35,6 +36,7 @@ class Experiment:
         | Annotated[SidePanel, tyro.conf.subcommand("side-panel", prefix_name=False)]
         | Annotated[Hri, tyro.conf.subcommand("hri", prefix_name=False)]
         | Annotated[Approach, tyro.conf.subcommand("approach", prefix_name=False)]
+        | Annotated[Matrix, tyro.conf.subcommand("matrix", prefix_name=False)]
         | Annotated[Occlusion, tyro.conf.subcommand("occlusion", prefix_name=False)]
         | Annotated[Clutter, tyro.conf.subcommand("clutter", prefix_name=False)]
         | Annotated[Elementary, tyro.conf.subcommand("elementary", prefix_name=False)]

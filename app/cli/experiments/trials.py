@@ -1,14 +1,16 @@
 """Experiments of trials: one command each, all with the same flags."""
 
+from contextlib import nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 from typing import ClassVar
 
+from app.cli.experiments.running import Running
+from app.cli.experiments.told import write_told
 from app.errors import ConfigError
 
 
-@dataclass(frozen=True)
-class Trials:
+@dataclass(frozen=True, kw_only=True)
+class Trials(Running):
     """Trials of an experiment, and what came of them."""
 
     experiment: ClassVar[str]
@@ -22,43 +24,55 @@ class Trials:
     """Number of trials of each condition, each with a seed of its own."""
     seconds: float | None = None
     """Length of each trial [s]."""
+    rate: float = 125.0
+    """Ticks a second [Hz]."""
     seed: int = 0
     """Seed of the first trial."""
     world: str = "honest"
     """Error budget of the simulation: honest or ideal, and single parts: honest,mounting=0."""
     skin: str = ""
     """A sensor layout's name or the path of its TOML file; the robot's own where left out."""
-    jobs: int = 1
-    """Number of processes."""
-    shard: str = "1/1"
-    """I/N: only every N-th trial from the I-th on, for several machines."""
-    out: Path | None = None
-    """A folder for all that comes of it; trials that are in it already are not run again."""
-    json: bool = False
-    """Print one JSON object."""
 
     def __post_init__(self) -> None:
         trials = 1 if self.trials is None else self.trials
         seconds = 1.0 if self.seconds is None else self.seconds
         if min(self.jobs, trials) < 1 or not 0.1 <= seconds < 1e6:
             raise ConfigError("trials and jobs must be positive, seconds at least 0.1")
+        if not 50.0 <= self.rate <= 500.0:
+            raise ConfigError(f"rate = {self.rate:g}; give 50 to 500")
+        super().__post_init__()
 
     def __call__(self) -> None:
-        from app.studies.study import Study, locally, run_study, tell
+        from app.studies.check import check_study
+        from app.studies.folder import Folder
+        from app.studies.report import check_report
+        from app.studies.study import Part, Study, tell
 
         study = Study(
             self.experiment, tuple(filter(None, self.conditions.split(","))), self.trials,
-            self.seconds, self.seed, self.world, skin=self.skin,
+            self.seconds, self.seed, self.world, self.rate, self.skin,
         )  # fmt: skip
-        log = None
+        check_study(study)
         if self.out is not None:
-            self.out.mkdir(parents=True, exist_ok=True)
-            log = self.out / "trials.jsonl"
-        report = tell(study, run_study(study, locally(self.jobs), log, self.shard))
-        print(report.to_json() if self.json else report.to_text())
+            check_report()
+        folder = None if self.out is None else Folder(self.out)
+        with nullcontext() if folder is None else folder.writing(self.shard):
+            part = Part(study, study.log())
+            if folder is not None:
+                part = folder.part(study, self.shard)
+                folder.begin(study)
+            self.run(self.experiment, [part])
+            if folder is not None:
+                part = folder.part(study, self.shard)  # and what others have done meanwhile
+            results = part.results()
+            report = tell(study, results)
+            if folder is not None:
+                folder.write(study, results, report)
+                write_told(study, results, report, folder.path)
+        self.show(report)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Hri(Trials):
     """Repeat the paper's trials beside a person, with the paper's figures next to ours."""
 

@@ -14,8 +14,9 @@ from app.report import Check
 from app.studies.bootstrap import bootstrap
 from app.studies.case import Case, setup_of
 from app.studies.comparisons import comparison_rows
-from app.studies.conditions import ALONE, Condition
+from app.studies.conditions import ALONE, Condition, words_of
 from app.studies.experiment import Experiment, Told, register
+from app.studies.moves import watch_moves
 from app.studies.rows import grouped, row_of
 from app.studies.trial import TrialResult, TrialSpec
 
@@ -32,7 +33,7 @@ def case(spec: TrialSpec, c: Condition) -> Case:
     setup = setup_of(
         spec, c, f"cell-{c.side or 'left'}", person="none" if c.alone else "", program=PROGRAM
     )
-    return Case(setup, c.params())
+    return Case(setup, c.params(), watch=watch_moves)
 
 
 def alone(conditions: Sequence[str]) -> list[str]:
@@ -42,8 +43,7 @@ def alone(conditions: Sequence[str]) -> list[str]:
 
 def _alone(condition: str) -> str:
     """The condition that its work is compared with."""
-    head = min((i for i in (condition.find("+"), condition.find("-")) if i > 0), default=None)
-    return condition[:head][:-1] + ALONE
+    return words_of(condition)[0][:-1] + ALONE
 
 
 def told(good: Sequence[TrialResult]) -> Told:
@@ -97,5 +97,9 @@ register(
     Experiment(
         "hri", "The paper's trials beside a person, with the paper's figures next to ours.",
         DEFAULT, 10, 60.0, case, told, sides=True, before=alone,
+        paper={n: {"paper_mean_m": d, "paper_std_m": s} for n, (d, s) in PAPER.items()},
+        verdicts=("reproduced", "not reproduced"),
+        looked_at=("paper_mean_m", "true_mean_m", "true_least_m", "below_kept", "work",
+                   "path_error_m", "reaction_s"),
     )
 )  # fmt: skip

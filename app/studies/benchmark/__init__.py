@@ -1,0 +1,1 @@
+"""The benchmark: a fixed list of scenes, seeds and errors, and every controller in all of them."""
