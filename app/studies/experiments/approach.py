@@ -14,12 +14,15 @@ from msgspec.structs import replace
 from app.control.registry import kind_of
 from app.judge import metrics
 from app.judge.encounter import Notes
+from app.messages import Snapshot
 from app.report import Check
+from app.runtime import Engine
 from app.studies.case import Case, setup_of
 from app.studies.comparisons import comparison_rows
 from app.studies.conditions import Condition
 from app.studies.distal import DistalLeast
 from app.studies.experiment import Experiment, Told, register
+from app.studies.moves import watch_moves
 from app.studies.rows import grouped, row_of
 from app.studies.trial import TrialResult, TrialSpec
 from app.world.scene import find_scene, read_scene, scene_of
@@ -30,6 +33,23 @@ SCENES = {"": "approach", BY: "passing"}
 CONTROLLERS = ("S", "WB", "QP", "oracle")
 FIRST = ("distal_least_m", "least_m")
 COMPARED = ("distal_least_m", "least_m", "entered_s")
+
+
+class Beside(DistalLeast):
+    """Also tells what the person does."""
+
+    def __init__(self, engine: Engine) -> None:
+        super().__init__(engine)
+        self._moves = watch_moves(engine)
+
+    def update(self, s: Snapshot) -> None:
+        """Take note of one tick."""
+        super().update(s)
+        self._moves.update(s)
+
+    def marks(self) -> list[list[Any]]:
+        """[stamp, words] of the person's moves."""
+        return self._moves.marks()
 
 
 def case(spec: TrialSpec, c: Condition) -> Case:
@@ -54,7 +74,7 @@ def case(spec: TrialSpec, c: Condition) -> Case:
             "entered_s": times[0] if times else np.nan,
         }  # fmt: skip
 
-    return Case(setup_of(spec, c, SCENES[by]), params, DistalLeast, scene, more)
+    return Case(setup_of(spec, c, SCENES[by]), params, Beside, scene, more)
 
 
 def told(good: Sequence[TrialResult]) -> Told:
@@ -70,5 +90,6 @@ register(
         "approach", "A person walks at the arm, or past it, at four speeds.",
         CONTROLLERS, 10, 12.0, case, told,
         variants=tuple(speed + by for by in SCENES for speed in SPEEDS),
+        looked_at=COMPARED,
     )
 )  # fmt: skip

@@ -128,5 +128,6 @@ register(
     Experiment(
         "elementary", "The elementary situations of an arm and a ball, each short and alone.",
         CONTROLLERS, 1, 8.0, case, told, variants=tuple(f"{a}-{b}" for a in ARM for b in BALLS),
+        looked_at=COMPARED,
     )
 )  # fmt: skip
