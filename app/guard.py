@@ -29,7 +29,9 @@ SLOWS = 0.4  # of the silence that stops the arm: three frames at 15 Hz of half 
 BLIND_STOP = 0.5  # of what the connected sensors look into: from this share on the arm is blind
 LONGER = 0.1  # [s] a sensor alone may be silent beyond what is borne of all: a frame and its way
 NAMED = 3  # sensors in a sentence; a person looks up the rest on the page
-PARTLY = (Unable.SEES, Unable.BAD_STATUS, Unable.DIRTY_WINDOW)  # some of their zones tell, or all
+# by `Unable`: do all of its zones tell, or some?  A table takes a tick a microsecond, not 50
+TELLS, TELLS_PARTLY = np.zeros((2, len(Unable)), dtype=bool)
+TELLS[[*SEEING]] = TELLS_PARTLY[[*SEEING, Unable.BAD_STATUS]] = True
 STALL = 0.2  # [s] a tick later than this is a stall of this machine: three frames at 15 Hz
 NOT_SEEN = "waits for the first frames"
 
@@ -140,7 +142,7 @@ class Guard:
         self.unable, self._connected = freeze(unable), connected.copy()
         self._repeats = bool((unable == Unable.FROZEN).any())
         self._turns, owner = self.health.turns, self._skin.sensor_of
-        lost = self.health.lost | ~np.isin(unable, PARTLY)[owner]
+        lost = self.health.lost | ~TELLS_PARTLY[unable][owner]
         tell = self._cones.blocks(~lost & connected[owner])
         blind = ~tell & connected[self._cones.owner]
         self.blind_share = float(blind.sum() / max(connected[self._cones.owner].sum(), 1))
@@ -148,7 +150,7 @@ class Guard:
 
     def _unseeing(self) -> NDArray[np.bool_]:
         """(K,) the sensors that cannot tell; a dirty window holds nothing back."""
-        return ~np.isin(self.unable, SEEING)
+        return ~TELLS[self.unable]
 
     def _listed(self) -> str:
         """The first sensors that cannot tell, by name, and why."""

@@ -84,7 +84,7 @@ def build_engine(
         )  # fmt: skip
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
-        near = warnings(robot, cell, arm.state(clock.now()).q)
+        near = warnings(engine.robot, cell, arm.state(clock.now()).q)
         engine.warnings = (*blind_words(robot, skin), *near)
         if learned_file is not None:
             engine.follow(Keeper(learned_file, engine.post))

@@ -108,6 +108,16 @@ def test_a_cluster_gives_the_same_bytes_as_this_machine(engine, tmp_path):
 
 
 @pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # Ray's own
+def test_a_trial_that_dies_on_a_cluster_is_a_row_with_its_cause_too(tmp_path):
+    pytest.importorskip("ray")
+    wanted = specs("good", "killed", "bad", f"once:{tmp_path / 'died'}")
+    found = by_condition(engine_of("ray", Means(jobs=2)), wanted)
+    assert {c for c, r in found.items() if r.fault.startswith(LOST)} == {"killed", "bad"}
+    assert repr(found["good"]) == repr(toy_trial.run(wanted[0])) and len(found) == 4
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("address", ["auto", "127.0.0.1:9"])
 def test_a_cluster_that_is_not_there_is_one_line(address, capfd):
     pytest.importorskip("ray")

@@ -9,6 +9,8 @@ What counts is the robot and the cell, never the posture it begins in: a capsule
 the cell are no pair only if they are too close in every posture there is.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -43,7 +45,8 @@ class Clearance:
         self._moves = np.isin(self.pieces.link, np.flatnonzero(robot.supports.any(axis=1)))
         self.pairs = _all_pairs(robot)
         self.cell_cases = _cases(np.flatnonzero(self._moves), np.arange(self._lasting))
-        self._postures = self._drop_always_close(robot)
+        self._postures = _random_postures(robot)
+        self._drop_always_close()
         self._known = self.cell_cases
         self.know(cell.learned)
 
@@ -72,19 +75,21 @@ class Clearance:
     def _cell(self, T_base_link: NDArray[np.float64], within: float) -> Gaps:
         return Gaps(*cell_within(T_base_link, self.pieces, self.cell_cases, self.parts, within))
 
-    def _drop_always_close(self, robot: Robot) -> NDArray[np.float64]:
-        """Leave out links that are close in many postures, and what can never leave the cell.
-
-        Returns T_base_link (SAMPLES, L, 4, 4) of the postures.
-        """
-        rng = np.random.default_rng(0)
-        low, high = np.maximum(robot.q_min, -np.pi), np.minimum(robot.q_max, np.pi)
-        T = np.array([robot.posture(rng.uniform(low, high)).T_base_link for _ in range(SAMPLES)])
+    def _drop_always_close(self) -> None:
+        """Leave out links that are close in many postures, and what can never leave the cell."""
+        T = self._postures
         near = times_near(T, self.pieces, self.pairs, CLOSE)
         inside = times_near_cell(T, self.pieces, self.cell_cases, self.parts, KEPT)
         self.pairs = self.pairs[near < ALWAYS * SAMPLES]
         self.cell_cases = self.cell_cases[inside < SAMPLES]
-        return T
+
+
+@lru_cache(maxsize=8)
+def _random_postures(robot: Robot) -> NDArray[np.float64]:
+    """T_base_link (SAMPLES, L, 4, 4) of postures all over the joints' ranges."""
+    rng = np.random.default_rng(0)
+    low, high = np.maximum(robot.q_min, -np.pi), np.minimum(robot.q_max, np.pi)
+    return np.array([robot.posture(rng.uniform(low, high)).T_base_link for _ in range(SAMPLES)])
 
 
 def _pieces(robot: Robot) -> Pieces:

@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array
 from app.robot.meshes import BodyMesh
 from app.robot.model import Robot
@@ -88,9 +90,23 @@ def _inside(point: Array, body: BodyMesh) -> bool:
     """
     if ((point < body.vertices.min(axis=0)) | (point > body.vertices.max(axis=0))).any():
         return False
-    a, b, c = (body.vertices[body.faces] - point).transpose(1, 0, 2)
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    triple = np.einsum("ij,ij->i", a, np.cross(b, c))
-    ab, bc, ca = (np.einsum("ij,ij->i", v, w) for v, w in ((a, b), (b, c), (c, a)))
-    angle = 2.0 * np.arctan2(triple, la * lb * lc + ab * lc + bc * la + ca * lb)
-    return bool(angle.sum() > 2.0 * np.pi)
+    return bool(_filled(point, body.vertices, body.faces) > 2.0 * np.pi)
+
+
+@compiled
+def _filled(point: Array, vertices: Array, faces: NDArray[np.int64]) -> float:
+    """The solid angle that faces (F, 3) fill round a point (3,)."""
+    v, length, total = np.empty((3, 3)), np.empty(3), 0.0
+    for f in range(len(faces)):
+        for k in range(3):
+            for i in range(3):
+                v[k, i] = vertices[faces[f, k], i] - point[i]
+            length[k] = np.sqrt(v[k, 0] ** 2 + v[k, 1] ** 2 + v[k, 2] ** 2)
+        triple, below = 0.0, length[0] * length[1] * length[2]
+        for i in range(3):
+            j, k = (i + 1) % 3, (i + 2) % 3
+            triple += v[0, i] * (v[1, j] * v[2, k] - v[1, k] * v[2, j])
+            dot = v[i, 0] * v[j, 0] + v[i, 1] * v[j, 1] + v[i, 2] * v[j, 2]
+            below += dot * length[k]
+        total += 2.0 * np.arctan2(triple, below)
+    return total

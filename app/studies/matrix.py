@@ -114,4 +114,4 @@ def _row(cell: Cell, where: dict[str, Any], row: dict[str, Any]) -> dict[str, An
 
 def _wanted(study: Study, row: dict[str, Any]) -> bool:
     """Is it of a condition that was asked for, and no comparison within a cell?"""
-    return row["name"] in (study.conditions or experiment_of(study.experiment).conditions)
+    return row["name"] in experiment_of(study.experiment).wanted(study.conditions)

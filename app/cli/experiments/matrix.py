@@ -27,7 +27,7 @@ class Matrix(Running):
 
         assert self.out is not None
         cells = read_matrix(self.file)
-        with opened(cells, self.out, self.shard) as parts:
+        with self.stoppable(), opened(cells, self.out, self.shard) as parts:
             self.run(self.file.stem, parts)
             report = tell_matrix(cells, self.out, self.shard)
         self.show(report)

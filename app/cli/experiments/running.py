@@ -1,6 +1,7 @@
 """Flags that all studies share: where their trials run, and what is kept of them."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,7 +37,7 @@ class Running:
             raise ConfigError("jobs and limit must be positive")
 
     def run(self, what: str, parts: "Sequence[Part]") -> None:
-        """Run what is missing; a Ctrl-C is one line."""
+        """Run what is missing."""
         from app.cli.experiments.progress import Pace, shown
         from app.studies.engines import Means, engine_of
         from app.studies.study import run_parts
@@ -47,16 +48,19 @@ class Running:
         elsewhere = self.engine.startswith("ray:")  # its machines have kernels of their own
         if not elsewhere and (self.jobs > 1 or self.engine != "local"):
             run = warmed(run)
-        pace = Pace()
+        with shown(what, Pace(), self.json) as show:
+            run_parts(parts, run, self.shard, show)
+
+    @contextmanager
+    def stoppable(self) -> Iterator[None]:
+        """While this lasts a Ctrl-C is one line, which says how to go on."""
         try:
-            with shown(what, pace, self.json) as show:
-                run_parts(parts, run, self.shard, show)
+            yield
         except KeyboardInterrupt:
             kept = "nothing is kept without --out DIR"
             if self.out is not None:
                 kept = f"what is done is kept in {self.out}, and the same command goes on from it"
-            said = f"stopped after {pace.words()}" if pace.wanted else "stopped"
-            raise StudyError(f"{said}; {kept}") from None
+            raise StudyError(f"stopped; {kept}") from None
 
     def show(self, report: "Report") -> None:
         """Print what came of it."""

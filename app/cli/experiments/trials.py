@@ -56,7 +56,7 @@ class Trials(Running):
         if self.out is not None:
             check_report()
         folder = None if self.out is None else Folder(self.out)
-        with nullcontext() if folder is None else folder.writing(self.shard):
+        with self.stoppable(), nullcontext() if folder is None else folder.writing(self.shard):
             part = Part(study, study.log())
             if folder is not None:
                 part = folder.part(study, self.shard)
@@ -68,7 +68,8 @@ class Trials(Running):
             report = tell(study, results)
             if folder is not None:
                 folder.write(study, results, report)
-                write_told(study, results, report, folder.path)
+                if len(results) == len(study.specs()):  # else the last shard does
+                    write_told(study, results, report, folder.path)
         self.show(report)
 
 
