@@ -38,7 +38,13 @@ def test_a_reaction_is_counted_from_where_the_controllers_avoidance_begins():
 
 
 def test_whatever_our_controller_runs_into_fails_its_check():
-    figures = {"least_m": 0.1, "entered_s": np.nan, "true_least_m": 0.1, "nearest_link": {"": 1.0}}
+    figures = {
+        "least_m": 0.1,
+        "distal_least_m": 0.2,
+        "entered_s": np.nan,
+        "true_least_m": 0.1,
+        "nearest_link": {"": 1.0},
+    }
     trials = [
         TrialResult(seed, name, figures | {"own_contacts": seed})
         for name in ("QP@1.0", "S@1.0") for seed in (0, 1)
@@ -51,4 +57,5 @@ def test_whatever_our_controller_runs_into_fails_its_check():
 def test_a_moment_of_an_approach_has_its_figures():
     result = run_spec(TrialSpec("approach", "WB@1.6-by", 0, 0.4))
     assert not result.fault and result.figures["least_m"] > 0.5
+    assert result.figures["distal_least_m"] >= result.figures["least_m"]
     assert APPROACH.tell([result]).rows[0]["least_m"] == result.figures["least_m"]

@@ -27,8 +27,9 @@ class Paired(NamedTuple):
     n: int
 
 
-def paired(a: Mapping[int, float], b: Mapping[int, float]) -> Paired:
-    """a - b over the seeds at which both are finite; NaN without any."""
+def paired(a: Mapping[Any, float], b: Mapping[Any, float]) -> Paired:
+    """a - b over the seeds, or whatever they are told by, at which both are finite; NaN without
+    any."""
     d = np.array([a[seed] - b[seed] for seed in sorted(a.keys() & b.keys())], dtype=np.float64)
     d = d[np.isfinite(d)]
     if not len(d):

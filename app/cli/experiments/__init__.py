@@ -11,7 +11,15 @@ from app.cli.experiments.matrix import Matrix
 from app.cli.experiments.mounts import Mounts
 from app.cli.experiments.phantoms import Phantoms
 from app.cli.experiments.ranges import Ranges
-from app.cli.experiments.scenes import Approach, Faults, FrontPanel, Occlusion, SidePanel, Worlds
+from app.cli.experiments.scenes import (
+    Approach,
+    Elementary,
+    Faults,
+    FrontPanel,
+    Occlusion,
+    SidePanel,
+    Worlds,
+)
 from app.cli.experiments.tradeoff import Tradeoff
 from app.cli.experiments.trials import Hri
 
@@ -31,6 +39,7 @@ class Experiment:
         | Annotated[Matrix, tyro.conf.subcommand("matrix", prefix_name=False)]
         | Annotated[Occlusion, tyro.conf.subcommand("occlusion", prefix_name=False)]
         | Annotated[Clutter, tyro.conf.subcommand("clutter", prefix_name=False)]
+        | Annotated[Elementary, tyro.conf.subcommand("elementary", prefix_name=False)]
         | Annotated[Phantoms, tyro.conf.subcommand("phantoms", prefix_name=False)]
         | Annotated[Frontier, tyro.conf.subcommand("frontier", prefix_name=False)]
         | Annotated[Ranges, tyro.conf.subcommand("ranges", prefix_name=False)]

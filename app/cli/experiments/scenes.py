@@ -47,3 +47,10 @@ class Worlds(Trials):
     A trial ends before its time with a touch."""
 
     experiment = "worlds"
+
+
+@dataclass(frozen=True)
+class Elementary(Trials):
+    """Let a ball stand near the arm, cross its way and come at it, in 27 short situations."""
+
+    experiment = "elementary"

@@ -134,5 +134,6 @@ register(
     Experiment(
         "faults", "Sensors that fail while the arm works, in every way and number.",
         DEFAULT, 1, 10.0, case, told, before=before, variants=(PANEL, CELL),
+        looked_at=("true_least_m", "way_m"),
     )
 )  # fmt: skip

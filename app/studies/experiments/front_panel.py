@@ -3,7 +3,7 @@
 from app.studies.case import Case
 from app.studies.conditions import Condition
 from app.studies.experiment import Experiment, register
-from app.studies.panels import CONTROLLERS, before_plate, told
+from app.studies.panels import COMPARED, CONTROLLERS, before_plate, told
 from app.studies.trial import TrialSpec
 
 AHEAD = 0  # axis of the base
@@ -22,5 +22,6 @@ register(
     Experiment(
         "front-panel", "A plate ahead of the tool, and the goal behind it or on it.",
         CONTROLLERS, 10, 10.0, case, told, variants=tuple(VARIANTS),
+        looked_at=COMPARED,
     )
 )  # fmt: skip

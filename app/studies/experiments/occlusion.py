@@ -82,6 +82,6 @@ def told(good: Sequence[TrialResult]) -> Told:
 register(
     Experiment(
         NAME, "A thing that is seen for a while, and run into by whoever forgets it.",
-        CONDITIONS, 10, 20.0, case, told,
+        CONDITIONS, 10, 20.0, case, told, looked_at=COMPARED,
     )
 )  # fmt: skip

@@ -3,7 +3,7 @@
 from app.studies.case import Case
 from app.studies.conditions import SIDES, Condition
 from app.studies.experiment import Experiment, register
-from app.studies.panels import CONTROLLERS, before_plate, told
+from app.studies.panels import COMPARED, CONTROLLERS, before_plate, told
 from app.studies.trial import TrialSpec
 
 ASIDE = 1  # axis of the base
@@ -19,5 +19,6 @@ register(
     Experiment(
         "side-panel", "A plate beside the forearm, left or right, and the goal behind it.",
         tuple(c + side for c in CONTROLLERS for side in SIDES), 10, 10.0, case, told, sides=True,
+        looked_at=COMPARED,
     )
 )  # fmt: skip
