@@ -46,6 +46,7 @@ def condition_words(c: Condition) -> str:
     """A condition for who does not know its name."""
     words = [kind_of(c.mode).label, c.side, "nobody there" if c.alone else ""]
     words += ["perceives the truth" if c.oracle else ""]
+    words += ["one pair a link" if c.one_pair else ""]
     words += [f"{key} = {value}" for key, value in c.changes]
     words += [f"world {part}" for part in c.world]
     words += [f"{c.failing} sensors {c.fault}" if c.fault else "", c.skin, c.variant]
