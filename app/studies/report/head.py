@@ -38,7 +38,8 @@ def command(trials: Trials, folder: Path) -> str:
     words = ["flinch", "experiment", s.experiment, "--conditions", ",".join(asked)]
     words += ["--trials", str(trials.kind.trials if s.trials is None else s.trials)]
     words += ["--seconds", f"{float(settings['seconds']):g}", "--seed", str(s.seed)]
-    words += ["--world", s.world, *(["--skin", s.skin] if s.skin else []), "--out", folder.name]
+    words += ["--rate", f"{s.rate:g}", "--world", s.world]
+    words += [*(["--skin", s.skin] if s.skin else []), "--out", folder.name]
     return shlex.join(words)
 
 
