@@ -115,6 +115,7 @@ def test_the_figures_on_the_page_are_those_of_the_report(written, results):
     assert verdict in words and "6 of 6 reproduced" in words and "trials that died" not in words
     assert "work against undisturbed" in words and "<td>50.0</td>" in text
     assert "flinch experiment hri --conditions SR,SL,WBR,WBL,QPL,oracleL --trials 10" in words
+    assert "--seconds 60 --seed 0 --rate 125 --world honest" in words
     assert "seeds 0 to 9" in words and "--out 're port0'" in words
 
 

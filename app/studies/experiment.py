@@ -57,8 +57,10 @@ class Experiment:
     variants: tuple[str, ...] = ()
     variant: Callable[[str], object] | None = None
     paper: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
-    verdicts: tuple[str, str] = ("holds", "does not hold")
-    looked_at: tuple[str, ...] = ("true_least_m", "true_mean_m", "below_kept", "path_error_m")
+    verdicts: tuple[str, str] = ("met", "not met")
+    looked_at: tuple[str, ...] = (
+        "steady_m", "true_least_m", "true_mean_m", "below_kept", "goal_error_m", "path_error_m",
+    )  # fmt: skip
 
     def wanted(self, conditions: Sequence[str] = ()) -> tuple[str, ...]:
         """Those asked for, or its own; one without a variant stands for it in each of them."""

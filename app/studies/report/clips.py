@@ -56,14 +56,14 @@ def record_worst(trials: Trials, folder: Path, count: int) -> Iterator[Clip]:
 def worst(trials: Trials, count: int) -> list[Moment]:
     """The nearest moments of trials beside somebody, the nearest first.
 
-    The oracle's are left out: what it perceived is in no recording.
+    Whoever perceives otherwise than by the sensors is left out: that is in no recording.
     """
     if trials.kind.case is None:
         return []
     found = []
     for name, results in trials.of.items():
         c = trials.read(name)
-        if c is not None and not c.oracle:
+        if c is not None and not (c.oracle or c.one_pair):
             found += [m for m in (_moment(r, c) for r in results) if m is not None]
     return sorted(found, key=lambda m: (m.distance, -m.result.figures.get("contacts", 0)))[:count]
 

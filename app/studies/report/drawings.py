@@ -34,7 +34,7 @@ def draw_course(course: Course, path: Path) -> None:
     """Distances over time above the thresholds, activation below, and when somebody moved."""
     from matplotlib.figure import Figure as Canvas
 
-    canvas = Canvas(figsize=(7.6, 4.3), layout="constrained")
+    canvas = Canvas(figsize=(7.6, 4.8), layout="constrained")
     upper, lower = canvas.subplots(2, 1, sharex=True, height_ratios=(3, 1))
     stamp = np.asarray(course.columns["stamp_s"], dtype=np.float64)
     if course.bands is not None:
@@ -51,7 +51,7 @@ def draw_course(course: Course, path: Path) -> None:
             upper.plot(stamp, y, color=colour, lw=width, label=label)
     upper.set(ylim=(0.0, FAR), ylabel="distance [m]")
     upper.legend(fontsize="x-small", loc="upper right", ncols=4, framealpha=0.85)
-    upper.set_title(course.title, fontsize="medium", loc="left")
+    canvas.suptitle(course.title, fontsize="medium", x=0.01, ha="left")
     activation = _finite(course.columns.get("activation", []))
     if len(activation):
         lower.fill_between(stamp, activation, color=ACTS, alpha=0.5, lw=0)
@@ -62,9 +62,8 @@ def draw_course(course: Course, path: Path) -> None:
         for field in (upper, lower):
             field.axvline(at, color=INK, lw=0.8, ls=(0, (4, 3)))
         upper.annotate(
-            str(words), (at, 0.87), (2, 0), xycoords=("data", "axes fraction"),
-            textcoords="offset points", rotation=90, va="top", fontsize=6.5, color=INK,
-            bbox={"fc": "white", "ec": "none", "alpha": 0.75, "pad": 0.4},
+            str(words), (at, 1.01), xycoords=("data", "axes fraction"), rotation=45,
+            rotation_mode="anchor", va="bottom", fontsize=6.5, color=INK,
         )  # fmt: skip
     for field in (upper, lower):
         field.grid(alpha=0.25)

@@ -38,7 +38,8 @@ def command(trials: Trials, folder: Path) -> str:
     words = ["flinch", "experiment", s.experiment, "--conditions", ",".join(asked)]
     words += ["--trials", str(trials.kind.trials if s.trials is None else s.trials)]
     words += ["--seconds", f"{float(settings['seconds']):g}", "--seed", str(s.seed)]
-    words += ["--world", s.world, *(["--skin", s.skin] if s.skin else []), "--out", folder.name]
+    words += ["--rate", f"{s.rate:g}", "--world", s.world]
+    words += [*(["--skin", s.skin] if s.skin else []), "--out", folder.name]
     return shlex.join(words)
 
 
@@ -46,6 +47,7 @@ def condition_words(c: Condition) -> str:
     """A condition for who does not know its name."""
     words = [kind_of(c.mode).label, c.side, "nobody there" if c.alone else ""]
     words += ["perceives the truth" if c.oracle else ""]
+    words += ["one pair a link" if c.one_pair else ""]
     words += [f"{key} = {value}" for key, value in c.changes]
     words += [f"world {part}" for part in c.world]
     words += [f"{c.failing} sensors {c.fault}" if c.fault else "", c.skin, c.variant]

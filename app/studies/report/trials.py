@@ -8,7 +8,7 @@ import numpy as np
 
 from app.config import Params
 from app.studies.bootstrap import Interval, bootstrap
-from app.studies.conditions import ORACLE, Condition
+from app.studies.conditions import ALONE, ORACLE, Condition
 from app.studies.experiment import Experiment, experiment_of
 from app.studies.paired import Paired, paired
 from app.studies.report.words import FIGURES, figure_of
@@ -37,10 +37,11 @@ class Trials:
         kind = experiment_of(self.study.experiment)
         good = [r for r in self.results if not r.fault]
         names = list(dict.fromkeys(r.condition for r in good))
-        apart = set(kind.before(names)) - set(kind.wanted(self.study.conditions))
+        alone = {n for n in names if n.endswith(ALONE)}
+        apart = alone - set(kind.wanted(self.study.conditions))
         object.__setattr__(self, "kind", kind)
         object.__setattr__(self, "died", [r for r in self.results if r.fault])
-        object.__setattr__(self, "_alone", {r.condition: r for r in good if r.condition in apart})
+        object.__setattr__(self, "_alone", {r.condition: r for r in good if r.condition in alone})
         by = {n: [r for r in good if r.condition == n] for n in names if n not in apart}
         order = {n: sorted(rs, key=lambda r: r.seed) for n, rs in by.items()}
         object.__setattr__(self, "of", order)
@@ -60,7 +61,8 @@ class Trials:
             return float(value) if isinstance(value, int | float) else np.nan
         for other in self.kind.before([r.condition]):
             free = self._alone[other].figures["waypoints_per_min"] if other in self._alone else 0.0
-            return float(r.figures["waypoints_per_min"] / free) if free else np.nan
+            if free:
+                return float(r.figures["waypoints_per_min"] / free)
         return np.nan
 
     def figures(self) -> list[str]:
