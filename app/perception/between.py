@@ -33,7 +33,6 @@ BASE = 0  # the robot's first link
 KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)
 CORNERS = np.array([(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
 MARGIN = 0.06  # [m] by which a known box is usually larger than what stands there
-STEP = 0.025  # [m] along a ray: half of the thinnest box that a cell has with its margins
 
 
 class Between:
@@ -65,7 +64,7 @@ class Between:
         if len(zones):
             reach = self._reach(sensors, zones, asked, points, posture, judged)
             rays, _ = self._rays(zones, points, posture)
-            met = _meets(cell, points[zones], rays, reach)
+            met = cell.met(points[zones], rays, reach)
             judged.verdict[zones[met]] = STATIC
 
     def behind(
@@ -97,9 +96,8 @@ class Between:
         spread = rays[:, None] + aside
         begin = points[zones, None] + distance[:, None, None] * aside + MARGIN * (CORNERS @ sides)
         left = np.maximum(FARTHEST - distance, 0.0)
-        met = _meets(
-            cell, begin.reshape(-1, 3), spread.reshape(-1, 3), np.repeat(left, len(CORNERS))
-        ).reshape(-1, len(CORNERS))  # fmt: skip
+        met = cell.met(begin.reshape(-1, 3), spread.reshape(-1, 3), np.repeat(left, len(CORNERS)))
+        met = met.reshape(-1, len(CORNERS))
         edge = zones[met.any(axis=1) & ~met.all(axis=1)]
         k = self._sensor_of[edge]
         out[edge] = np.where(dirty[k], BASE, self._lenses.link[k])
@@ -132,13 +130,3 @@ class Between:
         ray = points[zones] - lens
         length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
         return ray / length[:, None], length
-
-
-def _meets(cell: StaticFilter, begin: Array, rays: Array, reach: Array) -> NDArray[np.bool_]:
-    """(n,) do rays (n, 3) from (n, 3) meet the known cell within reach (n,) [m]?"""
-    steps = np.arange(1, int(np.ceil(reach.max() / STEP)) + 1) * STEP
-    steps = np.minimum(steps, reach[:, None])  # none goes farther than its own
-    along = begin[:, None] + steps[..., None] * rays[:, None]
-    inside = cell.inside(along.reshape(-1, 3)).reshape(steps.shape)
-    met: NDArray[np.bool_] = np.any(inside, axis=1)
-    return met

@@ -232,7 +232,7 @@ def _mark_along(
 @compiled
 def _passes(
     point: Array, lens: Array, aside: float, part: tuple[float, float], T: Array, plane: Array
-) -> bool:
+) -> bool:  # fmt: skip
     """Does a `part` of the ray from a lens (3,) through a point (3,) pass, `aside` [rad] or less,
     through what may hang on the link at T (4, 4) with the hull `plane` (N, 4)? It begins part[0]
     before the point and ends at part[1] from the lens, or at the point if that is farther [m]."""
@@ -257,7 +257,9 @@ def _passes(
             low = max(low, -height / slope)
         elif height > 0.0:
             return False
-    return bool(low <= high)
+        if low > high:
+            return False
+    return True
 
 
 @compiled
