@@ -55,6 +55,8 @@ class Case(NamedTuple):
 
 def setup_of(spec: TrialSpec, c: Condition, scene: str, **more: Any) -> Setup:
     """The setup of a trial in a scene, in the condition's world and skin."""
+    if c.program:
+        more["program"] = c.program
     return Setup(
         scene=scene, seed=spec.seed, rate=spec.rate, world=c.budget(spec.world),
         skin=c.skin or spec.skin, **more,

@@ -30,7 +30,7 @@ CALIBRATED = "mounting=0.35"  # of 2 mm and 0.5 degrees: what a calibration leav
 TOLD = "ideal,encoders=1,kinematics=1,body=1,mounting=1"
 LEFT_OUT = {"memory": {"memory": False}, "speed": {"obstacle_speed": False}}
 PAIRS = "pairs"  # left out: all but the closest pair of each link
-ADDED = ("calibrated", "set:NAME=VALUE", "skin:LAYOUT", "world:PART=STRENGTH")
+ADDED = ("program:NAME", "calibrated", "set:NAME=VALUE", "skin:LAYOUT", "world:PART=STRENGTH")
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,8 @@ class Condition:
     changes: settings by name.   world: parts of the error budget, added to the trial's.
     fault, failing: kind of fault (`app.studies.faulty_skin`) or `HAND`, and of how many sensors.
     one_pair: of each link the closest pair only, instead of several.
-    skin: another layout.   variant: of the experiment, '' where it has none.
+    skin: another layout.   program: another one than the experiment's.
+    variant: of the experiment, '' where it has none.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Condition:
     fault: str = ""
     failing: int = 0
     skin: str = ""
+    program: str = ""
     variant: str = ""
     one_pair: bool = False
 
@@ -170,6 +172,8 @@ def _changed(c: Condition, word: str) -> Condition:
     if what == "set":
         key, _, given = value.partition("=")
         return replace(c, changes=(*c.changes, (key, _setting(key, given))))
+    if what == "program" and value:
+        return replace(c, program=value)
     if what == "skin" and value:
         return replace(c, skin=value)
     if what == "world" and value:
