@@ -82,8 +82,9 @@ class Between:
         edge of the known cell behind their `points` (S, 3): some rays meet it, or the outermost
         would not if the cell were known without margins.
 
-        dirty: (K,) which windows are. Behind these it is written that the edge is of what always
-        stands, so that nothing thin is believed before it; else that it is of the sensor's link.
+        dirty: (K,) which windows are. Behind these it is enough that some ray meets the cell, for
+        none knows how little of it is really in view; and it is written that it is of what always
+        stands, so that nothing thin is believed before it. Else it is of the sensor's link.
         """
         zones = self._chosen(sensors, asked & (out < 0), judged.verdict)
         if not len(zones):
@@ -98,7 +99,8 @@ class Between:
         left = np.maximum(FARTHEST - distance, 0.0)
         met = cell.met(begin.reshape(-1, 3), spread.reshape(-1, 3), np.repeat(left, len(CORNERS)))
         met = met.reshape(-1, len(CORNERS))
-        edge = zones[met.any(axis=1) & ~met.all(axis=1)]
+        full = met.all(axis=1) & ~dirty[self._sensor_of[zones]]
+        edge = zones[met.any(axis=1) & ~full]
         k = self._sensor_of[edge]
         out[edge] = np.where(dirty[k], BASE, self._lenses.link[k])
 
