@@ -104,6 +104,10 @@ def test_the_nearest_of_now_is_the_exact_one_whatever_was_measured_before(robot,
         smallest = min(smallest, exact)
         assert found.distance == pytest.approx(exact, abs=1e-5)
         assert nearest[found.link][0] == pytest.approx(exact, abs=1e-5)
+        body = next(b for b in world.poses() if b.view.name == found.body)
+        shape = world.shapes()[found.body]
+        pair = truth.closest(found.link, T[found.link], found.body, shape, body.T_base_body)
+        assert np.array_equal(found.on_body, pair.on_body)
         assert least.update(T, world.poses()) == pytest.approx(smallest, abs=1e-5)
     empty = NearestNow(truth, robot, links, World([]))
     assert empty.update(T, ()) == NOTHING

@@ -1,5 +1,6 @@
 """The robot folder, its kinematics and every Jacobian, against finite differences."""
 
+import pickle
 import shutil
 from io import BytesIO
 
@@ -162,3 +163,12 @@ def test_a_posture_asked_for_again_is_the_one_of_its_joints_however_many_came_be
     assert len({T.tobytes() for T in first}) == len(places)
     for q, T in zip(places, first, strict=True):
         assert np.array_equal(robot.posture(q).T_base_tool, T)
+
+
+def test_a_copied_robot_has_kinematics_of_its_own(robot):
+    q, other = robot.home + 0.1, robot.home - 0.2
+    robot.posture(q)
+    copy = pickle.loads(pickle.dumps(robot))
+    expected = robot.posture(other).T_base_link
+    robot.posture(q + 0.05)  # the scratch space that the copy must not look at
+    assert np.array_equal(copy.posture(other).T_base_link, expected)

@@ -9,7 +9,7 @@ from app.judge import metrics
 from app.judge.clouds import CloudDistance
 from app.judge.contact import TOUCHING, Contacts, led_away
 from app.judge.least import LeastDistance, Nearest, NearestNow
-from app.judge.truth import TrueDistance, TruePair
+from app.judge.truth import TrueDistance
 from app.messages import Array, Mode, Snapshot
 from app.plant.simulated import SimulatedPlant
 from app.runtime import Engine
@@ -94,7 +94,7 @@ class Encounter:
             n.acts.append(s.command.activation)
             n.paper.append(self._clouds.measure(s.T_base_link, s.cloud.kept()))
             n.true_then.append(nearest.distance)
-            n.away.append(self._away(nearest, T, s))
+            n.away.append(self._away(nearest, s))
 
     def _touch(self, nearest: Nearest, T: Array, s: Snapshot) -> None:
         """Who ran into whom, while there is a touch and once after it."""
@@ -103,30 +103,23 @@ class Encounter:
             bodies = [b for b in s.world if b.view.name in self._contacts.shapes]
             self._contacts.update(s.stamp, s.joints.q, s.joints.qd, T, bodies)
 
-    def _away(self, nearest: Nearest, T: Array, s: Snapshot) -> float:
+    def _away(self, nearest: Nearest, s: Snapshot) -> float:
         """[m] from the point of the world that is truly nearest to the nearest perceived one."""
-        if not nearest.distance < metrics.NEAR:
+        if nearest.on_body is None or not nearest.distance < metrics.NEAR:
             return np.inf
         points = np.concatenate([s.cloud.kept(), s.memory])
         if not len(points):
             return np.inf
-        at = self._pair(nearest, T, s).on_body
-        return float(np.linalg.norm(points - at, axis=1).min())
+        return float(np.linalg.norm(points - nearest.on_body, axis=1).min())
 
     def _note_led(self, nearest: Nearest, T: Array, s: Snapshot) -> None:
         """Note how fast the arm leads itself away from the nearest point; zero where none is within
         reach of avoidance."""
         led = 0.0
-        if nearest.distance < s.params.avoidance_begins:
-            posture, at = self._plant.robot.posture(s.joints.q), self._pair(nearest, T, s).on_body
-            led = led_away(posture, s.joints.qd, T, at)
+        if nearest.on_body is not None and nearest.distance < s.params.avoidance_begins:
+            posture = self._plant.robot.posture(s.joints.q)
+            led = led_away(posture, s.joints.qd, T, nearest.on_body)
         self.notes.led.append(led)
-
-    def _pair(self, nearest: Nearest, T: Array, s: Snapshot) -> TruePair:
-        """The points between which the nearest distance lies."""
-        link, body = nearest.link, nearest.body
-        T_body = next(b.T_base_body for b in s.world if b.view.name == body)
-        return self._truth.closest(link, T[link], body, self._shapes[body], T_body)
 
     def course(self) -> dict[str, list[float]]:
         """What is drawn over time, as often as clouds are compared: to a tenth of a millimetre."""

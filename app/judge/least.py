@@ -15,14 +15,16 @@ from app.world.world import World
 
 
 class Nearest(NamedTuple):
-    """distance: [m], zero or less on contact.   link: row of the body links, -1 of none."""
+    """distance: [m], zero or less on contact.   link: row of the body links, -1 of none.
+    on_body: (3,) [m] the body's nearest point, base frame; None of none."""
 
     distance: float
     link: int
     body: str
+    on_body: Array | None
 
 
-NOTHING = Nearest(np.inf, -1, "")
+NOTHING = Nearest(np.inf, -1, "", None)
 
 
 class LeastDistance:
@@ -82,10 +84,12 @@ class NearestNow:
             if bound[i, j] >= best.distance:
                 break
             link, T_body = int(self._links[i]), there[j].T_base_body
-            d = self._truth.pair(link, T_link[i], self._shapes[j], T_body, best.distance)
+            d, at = self._truth.pair_with_point(
+                link, T_link[i], self._shapes[j], T_body, best.distance
+            )
             self._bounds.measured(i, j, d)
             if d < best.distance:
-                best = Nearest(d, link, there[j].view.name)
+                best = Nearest(d, link, there[j].view.name, at)
         return best
 
 

@@ -143,11 +143,20 @@ class TrueDistance:
 
         Not measured where that cannot be below `needed` [m]: then a lower bound, not below it.
         """
+        return self.pair_with_point(link, T_base_link, shape, T_base_body, needed)[0]
+
+    def pair_with_point(
+        self, link: int, T_base_link: Array, shape: Shape, T_base_body: Array, needed: float
+    ) -> tuple[float, Array | None]:
+        """As `pair`, with the body's nearest point (3,) [m], base frame; None: not measured."""
         hull, solid = self._links[link], self._solid(shape)
         bound = self._bound(hull, T_base_link, solid, T_base_body)
         if bound >= needed:
-            return bound
-        return self._distance(hull.exact, _at(T_base_link), solid.exact, _at(T_base_body))
+            return bound, None
+        result = coal.DistanceResult()
+        at_link, at_body = _at(T_base_link), _at(T_base_body)
+        d = float(coal.distance(hull.exact, at_link, solid.exact, at_body, self._request, result))
+        return d, np.array(result.getNearestPoint2())
 
     def _bound(self, link: Hull, T_base_link: Array, solid: Hull, T_base_body: Array) -> float:
         at_link, at_body = _at(T_base_link), _at(T_base_body)

@@ -5,6 +5,7 @@ tick only looks which frames have grown too old.
 """
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,7 +21,7 @@ from app.perception.hanging import Hanging
 from app.perception.placing import Lenses, Reports, place_points
 from app.perception.proof import Proof
 from app.perception.rules import Rules
-from app.perception.self_filter import SelfFilter, no_judgement
+from app.perception.self_filter import SelfFilter, View, no_judgement
 from app.perception.static_filter import StaticFilter
 from app.perception.unable import Unable
 from app.perception.windows import DirtyWindows, Sight
@@ -32,6 +33,15 @@ KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)  # numpy is slow with an e
 SEES, DIRTY_WINDOW = np.uint8(Unable.SEES), np.uint8(Unable.DIRTY_WINDOW)
 LASTING = np.zeros(len(Verdict), dtype=bool)  # by verdict: does it outlast the frame's age?
 LASTING[[Verdict.EMPTY, Verdict.CONTACT]] = True
+
+
+class Together(NamedTuple):
+    """Frames that were measured at one posture, where the arm moved with qd (n,) [rad/s]; None: it
+    stood."""
+
+    frames: Sequence[SensorFrame]
+    posture: Posture
+    qd: Array | None
 
 
 class SkinCloud:
@@ -95,18 +105,40 @@ class SkinCloud:
 
         A frame older than the one already held (reordered on its way) is ignored.
         """
+        for group in self.foresee([Together(frames, posture, qd)], rules):
+            self.take(group, rules)
+
+    def foresee(self, groups: Sequence[Together], rules: Rules) -> list[Together]:
+        """Let the self filter judge all `groups`, of which no two have a sensor in common, before
+        `take` is handed each of those that are returned: without the frames that do not stay.
+        """
+        chosen = [Together(self._newest(g.frames), g.posture, g.qd) for g in groups]
+        views = [View(_sensors(g.frames), g.posture, g.qd) for g in chosen if g.frames]
+        if views:
+            frames = [f for g in chosen for f in g.frames]
+            slots = np.concatenate([self._slots[f.sensor] for f in frames])
+            distance = corrected(self._skin, slots, np.concatenate([f.distance for f in frames]))
+            self._self_filter.foresee(views, slots, distance, rules)
+        return chosen
+
+    def _newest(self, frames: Sequence[SensorFrame]) -> tuple[SensorFrame, ...]:
+        """One of each sensor, none older than what is held."""
         newest = {f.sensor: f for f in frames if f.stamp >= self._stamp[f.sensor]}
-        if not newest:
+        return tuple(newest.values())
+
+    def take(self, group: Together, rules: Rules) -> None:
+        """Take in a group that `foresee` returned; none without frames."""
+        frames, posture = group.frames, group.posture
+        if not frames:
             return
-        sensors = np.fromiter(newest, dtype=np.intp)
-        chosen, slots = newest.values(), np.concatenate([self._slots[k] for k in newest])
+        sensors, first = _sensors(frames), self._lenses.first
+        slots = np.concatenate([self._slots[f.sensor] for f in frames])
         reports, judged, points = self._reports, self._judged, self._points
-        distance = np.concatenate([f.distance for f in chosen])
-        reports.distance[slots] = corrected(self._skin, slots, distance)
-        reports.status[slots] = np.concatenate([f.status for f in chosen])
-        reports.targets[slots] = np.concatenate([f.targets for f in chosen])
-        self._stamp[sensors] = [f.stamp for f in chosen]
-        self._self_filter.judge(sensors, reports.distance, posture, rules, judged, qd)
+        for f in frames:
+            mine = slice(first[f.sensor], first[f.sensor + 1])
+            reports.status[mine], reports.targets[mine] = f.status, f.targets
+            self._stamp[f.sensor] = f.stamp
+        self._self_filter.adopt(sensors, reports.distance, judged)
         place_points(sensors, posture.T_base_link, reports, self._lenses, judged.verdict, points)
         known = slots[self.static_filter.inside(points[slots])]
         judged.verdict[known[judged.verdict[known] == KEPT]] = STATIC
@@ -124,7 +156,7 @@ class SkinCloud:
         self._proof.weigh(sensors, reports, self._lenses, judged)
         if self.background.learning:
             kept = slots[judged.verdict[slots] == KEPT]
-            self.background.count_points(points[kept], newest[int(sensors[-1])].stamp)
+            self.background.count_points(points[kept], frames[-1].stamp)
 
     def _doubt_mixtures(self, sensors: NDArray[np.intp], posture: Posture) -> None:
         """Take what is thin, with the known cell behind, for the cell."""
@@ -172,6 +204,10 @@ class SkinCloud:
             eps=freeze(judged.eps.copy()),
             stamp=freeze(self._stamp.copy()),
         )
+
+
+def _sensors(frames: Sequence[SensorFrame]) -> NDArray[np.intp]:
+    return np.array([f.sensor for f in frames], dtype=np.intp)
 
 
 def corrected(skin: Skin, slots: NDArray[np.intp], reported: Array) -> Array:

@@ -18,7 +18,7 @@ from app.config import Params
 from app.messages import Array, Cloud, JointState, Pairs, SensorFrame, Verdict, freeze
 from app.needs import Needs
 from app.perception.background import Background
-from app.perception.cloud import SkinCloud
+from app.perception.cloud import SkinCloud, Together
 from app.perception.memory import Memory
 from app.perception.pair_doubt import with_doubt
 from app.perception.proximity import BodyPairs, HeldPairs, ManyPairs, MountPairs
@@ -155,16 +155,28 @@ class Perception:
         """Judge new frames at the posture that the arm had when they were measured."""
         if late := self._skin.late:
             frames = [replace(f, stamp=f.stamp - late) for f in frames]
-        for together in in_one_go(frames):
-            stamp = (together[0].stamp + together[-1].stamp) / 2.0
-            then = self._robot.posture(self._history.at(stamp))
-            self._cloud.add_frames(together, then, rules, self._history.speed(stamp))
-            if rules.memory or rules.obstacle_speed:
-                sensors, judged = np.array([f.sensor for f in together]), self._cloud.newest()
-                if rules.obstacle_speed:
-                    self._speed.take(judged, sensors)
-                if rules.memory:
-                    self._memory.update(judged, sensors, then, self._cloud.doubted)
+        groups = [self._placed(together) for together in in_one_go(frames)]
+        for apart in of_other_sensors(groups):
+            judged = self._cloud.foresee(apart, rules)
+            for group, of in zip(judged, apart, strict=True):
+                self._cloud.take(group, rules)
+                self._remember(of, rules)
+
+    def _placed(self, frames: Sequence[SensorFrame]) -> Together:
+        """Frames with the arm as it was when they were measured."""
+        stamp = (frames[0].stamp + frames[-1].stamp) / 2.0
+        posture = self._robot.posture(self._history.at(stamp))
+        return Together(frames, posture, self._history.speed(stamp))
+
+    def _remember(self, group: Together, rules: Rules) -> None:
+        """Take note of what the cloud has just taken in."""
+        if not (rules.memory or rules.obstacle_speed):
+            return
+        sensors, judged = np.array([f.sensor for f in group.frames]), self._cloud.newest()
+        if rules.obstacle_speed:
+            self._speed.take(judged, sensors)
+        if rules.memory:
+            self._memory.update(judged, sensors, group.posture, self._cloud.doubted)
 
     def _world_points(
         self, cloud: Cloud, posture: Posture, now: float, rules: Rules
@@ -216,6 +228,20 @@ def in_one_go(frames: Sequence[SensorFrame]) -> list[list[SensorFrame]]:
             out[-1].append(f)
         else:
             out.append([f])
+    return out
+
+
+def of_other_sensors(groups: Sequence[Together]) -> list[list[Together]]:
+    """The groups in their order, parted where a sensor comes again."""
+    out: list[list[Together]] = []
+    seen: set[int] = set()
+    for group in groups:
+        mine = {f.sensor for f in group.frames}
+        if not out or seen & mine:
+            out.append([])
+            seen = set()
+        out[-1].append(group)
+        seen |= mine
     return out
 
 

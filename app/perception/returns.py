@@ -96,6 +96,24 @@ def take_hits(
 
 
 @compiled
+def take_judgement(
+    sensors: NDArray[np.intp], first: NDArray[np.int64], reported: Array, coming: Judgement,
+    distance: Array, judged: Judgement,
+) -> None:  # fmt: skip
+    """Write the rows of `sensors` (m,) of the distances `reported` (S,) [m] and their judgement to
+    `distance` and `judged`."""
+    for k in sensors:
+        for zone in range(first[k], first[k + 1]):
+            distance[zone] = reported[zone]
+            judged.verdict[zone], judged.link[zone] = coming.verdict[zone], coming.link[zone]
+            judged.gap[zone], judged.eps[zone] = coming.gap[zone], coming.eps[zone]
+            judged.edge[zone], judged.aims.done[zone] = coming.edge[zone], coming.aims.done[zone]
+            judged.aims.rays[zone] = coming.aims.rays[zone]
+            judged.aims.spread[zone] = coming.aims.spread[zone]
+            judged.aims.eps[zone] = coming.aims.eps[zone]
+
+
+@compiled
 def explain_returns(
     sensors: NDArray[np.intp],
     reported: Array,

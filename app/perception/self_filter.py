@@ -16,6 +16,9 @@ Beyond the paper, and switchable back (`two_sided`, `footprint`):
 Distances are compared as the sensor reports them, along its axis or along its rays.
 """
 
+from collections.abc import Sequence
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -38,6 +41,7 @@ from app.perception.returns import (
     Returns,
     explain_returns,
     take_hits,
+    take_judgement,
     take_own,
 )
 from app.perception.rules import Rules
@@ -59,6 +63,15 @@ def no_judgement(slots: int) -> Judgement:
     )  # fmt: skip
 
 
+class View(NamedTuple):
+    """Sensors (m,) that measured at a posture, where the arm moved with qd (n,) [rad/s]; None: it
+    stood."""
+
+    sensors: NDArray[np.intp]
+    posture: Posture
+    qd: Array | None
+
+
 class SelfFilter:
     """Judges the zones of some sensors at one posture; everything constant is kept.
 
@@ -73,6 +86,7 @@ class SelfFilter:
         self._returns = Returns(np.empty(shape, np.float32), np.empty(shape, np.int16))
         self._casts = _room_for_casts(links, links * self._own.link.size)
         self._views = _room_for_views(links, skin.count)
+        self._coming, self._reported = no_judgement(skin.slots), np.zeros(skin.slots)
 
     def judge(
         self,
@@ -90,14 +104,44 @@ class SelfFilter:
         qd: (n,) [rad/s] at which the arm moved, None: it stood.
         """
         judged = no_judgement(len(reported)) if into is None else into
-        fan, known, hulls, views = self.fan, self._known, self._hulls, self._views
+        self._aim(sensors, posture, qd)
+        self._decide(sensors, reported, rules, judged)
+        return judged
+
+    def foresee(
+        self, views: Sequence[View], slots: NDArray[np.intp], reported: Array, rules: Rules
+    ) -> None:
+        """Judge sensors that were at several postures in one go, none of them twice; `adopt` gives
+        the judgement of each. A call for each posture costs more than most of them have to judge.
+
+        reported: (n,) [m] distances of the zones in `slots` (n,).
+        """
+        for view in views:
+            self._aim(*view)
+        self._reported[slots] = reported
+        sensors = np.concatenate([view.sensors for view in views])
+        self._decide(sensors, self._reported, rules, self._coming)
+
+    def adopt(self, sensors: NDArray[np.intp], distance: Array, judged: Judgement) -> None:
+        """Write what was foreseen for `sensors` (m,): rows of `judged`, and of the distances (S,)
+        [m] that it is for."""
+        take_judgement(
+            sensors, self.fan.first, self._reported, self._coming, distance, judged
+        )  # fmt: skip
+
+    def _aim(self, sensors: NDArray[np.intp], posture: Posture, qd: Array | None) -> None:
         twist = posture.link_twists(np.zeros(len(posture.q)) if qd is None else qd)
-        aim(sensors, posture.T_base_link, twist, fan, hulls, views)
+        aim(sensors, posture.T_base_link, twist, self.fan, self._hulls, self._views)
+
+    def _decide(
+        self, sensors: NDArray[np.intp], reported: Array, rules: Rules, judged: Judgement
+    ) -> None:
+        """Judge sensors from where they were last aimed."""
+        fan, known, hulls, views = self.fan, self._known, self._hulls, self._views
         first_look(sensors, reported, rules.footprint, fan, hulls, known, views, judged.aims)
         self._look(sensors, reported, rules, judged)
         if rules.footprint and second_look(sensors, judged.verdict, fan, judged.aims):
             self._look(sensors, reported, rules, judged)
-        return judged
 
     def drawn(
         self, sensors: NDArray[np.intp], asked: NDArray[np.bool_], reported: Array,

@@ -77,6 +77,10 @@ class Robot:
     eps: Array  # (L, 2) [m] the self filter's thresholds of each link, inside and across its
     # edge; NaN: the setting's
     _recent: dict[bytes, Posture] = field(default_factory=dict, init=False)  # by q, oldest first
+    _placed: list[Any] = field(default_factory=list, init=False)  # the links' frames in `_data`
+
+    def __getstate__(self) -> dict[str, Any]:
+        return {**self.__dict__, "_placed": []}  # a copy's scratch space is its own
 
     @property
     def n(self) -> int:
@@ -114,9 +118,9 @@ class Robot:
         data = self._data
         pin.computeJointJacobians(self._model, data, q)
         pin.updateFramePlacements(self._model, data)
-        poses = np.empty((len(self._frames), 4, 4))
-        for i, f in enumerate(self._frames):
-            poses[i] = data.oMf[f].homogeneous
+        if not self._placed:
+            self._placed.extend(data.oMf[f] for f in self._frames)
+        poses = np.array([T.homogeneous for T in self._placed])
         posture = Posture(
             q=freeze(q),
             T_base_link=freeze(poses),
