@@ -9,6 +9,7 @@ from scipy.spatial import cKDTree
 from app.cell.parts import Box, Cell
 from app.judge.sampling import surface_points
 from app.messages import Verdict, freeze
+from app.perception.between import CORNERS, MARGIN, _spread
 from app.perception.cloud import SkinCloud
 from app.perception.rules import Rules
 from tests.fakes import frame
@@ -87,3 +88,18 @@ def test_a_thin_thing_clear_of_the_arm_is_kept_before_the_known_cell(robot, skin
     alone, found = (verdicts(robot, skin, stage, column, wall=w) for w in (False, True))
     assert (alone[column] == Verdict.KEPT).sum() >= 3
     assert (found[column] == alone[column]).all()
+
+
+def test_the_rays_round_a_zone_go_to_its_corners_from_beside_its_point():
+    rng = np.random.default_rng(1)
+    rays, points = rng.normal(size=(2, 40, 3))
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    away, half = rng.uniform(0.1, 1.0, 40), rng.uniform(0.02, 0.1, 40)
+    begin, spread = (a.reshape(40, 5, 3) for a in _spread(rays, away, points, half))
+    across = np.cross(rays, np.eye(3)[np.argmin(np.abs(rays), axis=1)])
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    sides = CORNERS @ np.stack([across, np.cross(rays, across)], axis=1)
+    aside = sides * half[:, None, None]
+    assert np.array_equal(spread, rays[:, None] + aside)
+    expected = points[:, None] + away[:, None, None] * aside + MARGIN * sides
+    assert np.array_equal(begin, expected)

@@ -17,6 +17,7 @@ from app.errors import WorldError
 from app.poses import transform
 from app.raycast import Beams, no_hits
 from app.world.build import FLOOR, FOREARM, HAND, PARTS, SHORT, TALL, UPPER_ARM
+from app.world.figure import Stance, figure, hanging_hand
 from app.world.gait import CYCLE, stride
 from app.world.motion import Along, Circle, Motion, Still
 from app.world.person import Plan, Walker, person_bodies, varied
@@ -435,3 +436,11 @@ def test_a_mesh_file_is_scaled_and_hit(tmp_path):
     shape = make_shape({"kind": "mesh", "file": "crate.stl", "scale": 0.001}, tmp_path, "it")
     o, d = np.array([[2, 0.1, 0]], np.float32), np.array([[-1, 0, 0]], np.float32)
     assert shape.hit.cast(o, d)[0] == pytest.approx(1.5, abs=1e-6)
+
+
+@pytest.mark.parametrize("hand", [0, 1])
+def test_a_hand_that_hangs_is_where_the_whole_figure_has_it(hand):
+    stance = Stance(np.array([[0.2, 0.1, 0.0], [-0.3, 0.4, 0.1]]), np.array([0.3, -0.2]), 0.4, 0.2)
+    ends = dict(zip(PARTS, figure(stance, 1.7), strict=True))
+    name = [n for n in PARTS if "hand" in n][hand]
+    assert np.array_equal(hanging_hand(stance, 1.7, hand), ends[name][1])

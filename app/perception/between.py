@@ -19,6 +19,7 @@ Behind a dirty window the edge of a box is drawn nearer by far more, like the ar
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.messages import Array, Verdict
 from app.perception.behind import FARTHEST
 from app.perception.hanging import Hanging
@@ -90,14 +91,9 @@ class Between:
         if not len(zones):
             return
         rays, distance = self._rays(zones, points, posture)
-        across = np.cross(rays, np.eye(3)[np.argmin(np.abs(rays), axis=1)])
-        across /= np.linalg.norm(across, axis=1, keepdims=True)
-        sides = np.stack([across, np.cross(rays, across)], axis=1)  # (n, 2, 3)
-        aside = CORNERS @ sides * self._half[self._sensor_of[zones], None, None]  # (n, 5, 3)
-        spread = rays[:, None] + aside
-        begin = points[zones, None] + distance[:, None, None] * aside + MARGIN * (CORNERS @ sides)
+        begin, spread = _spread(rays, distance, points[zones], self._half[self._sensor_of[zones]])
         left = np.maximum(FARTHEST - distance, 0.0)
-        met = cell.met(begin.reshape(-1, 3), spread.reshape(-1, 3), np.repeat(left, len(CORNERS)))
+        met = cell.met(begin, spread, np.repeat(left, len(CORNERS)))
         met = met.reshape(-1, len(CORNERS))
         full = met.all(axis=1) & ~dirty[self._sensor_of[zones]]
         edge = zones[met.any(axis=1) & ~full]
@@ -107,8 +103,7 @@ class Between:
     def _chosen(
         self, sensors: NDArray[np.intp], asked: NDArray[np.bool_], verdict: NDArray[np.uint8]
     ) -> NDArray[np.intp]:
-        mine = np.isin(self._sensor_of, sensors)
-        return np.flatnonzero(mine & asked & (verdict == KEPT))
+        return _asked_and_kept(sensors, self._lenses.first, asked, verdict)
 
     def _reach(
         self, sensors: NDArray[np.intp], zones: NDArray[np.intp], asked: NDArray[np.bool_],
@@ -126,9 +121,76 @@ class Between:
         self, zones: NDArray[np.intp], points: Array, posture: Posture
     ) -> tuple[Array, Array]:
         """(n, 3) unit vectors from the lenses through the points, and how far these are, (n,)."""
-        k, lenses = self._sensor_of[zones], self._lenses
-        T = posture.T_base_link[lenses.link[k]]
-        lens = np.einsum("nij,nj->ni", T[:, :3, :3], lenses.origin[k]) + T[:, :3, 3]
-        ray = points[zones] - lens
-        length = np.maximum(np.linalg.norm(ray, axis=1), 1e-6)
-        return ray / length[:, None], length
+        return _rays_to(zones, self._sensor_of, points, posture.T_base_link, self._lenses)
+
+
+@compiled
+def _asked_and_kept(
+    sensors: NDArray[np.intp],
+    first: NDArray[np.int64],
+    asked: NDArray[np.bool_],
+    verdict: NDArray[np.uint8],
+) -> NDArray[np.intp]:
+    """(n,) the `asked` zones of `sensors` (m,) that are KEPT."""
+    out, n = np.empty(len(asked), dtype=np.intp), 0
+    for k in sensors:
+        for zone in range(first[k], first[k + 1]):
+            if asked[zone] and verdict[zone] == KEPT:
+                out[n] = zone
+                n += 1
+    return out[:n]
+
+
+@compiled
+def _rays_to(
+    zones: NDArray[np.intp],
+    sensor_of: NDArray[np.int64],
+    points: Array,
+    T_base_link: Array,
+    lenses: Lenses,
+) -> tuple[Array, Array]:
+    """(n, 3) unit vectors from the lenses of `zones` (n,) through their points, of (S, 3), and how
+    far these are, (n,) [m]."""
+    rays, length = np.empty((len(zones), 3)), np.empty(len(zones))
+    for i in range(len(zones)):
+        k, square = sensor_of[zones[i]], 0.0
+        T, o = T_base_link[lenses.link[k]], lenses.origin[k]
+        for a in range(3):  # summed as numpy's einsum does: older recordings verify to the last bit
+            lens = T[a, 0] * o[0] + T[a, 2] * o[2] + T[a, 1] * o[1] + T[a, 3]
+            rays[i, a] = points[zones[i], a] - lens
+            square += rays[i, a] * rays[i, a]
+        length[i] = max(np.sqrt(square), 1e-6)
+        for a in range(3):
+            rays[i, a] /= length[i]
+    return rays, length
+
+
+@compiled
+def _spread(rays: Array, distance: Array, points: Array, half: Array) -> tuple[Array, Array]:
+    """Where the five rays of a zone of `CORNERS` begin, `MARGIN` aside of its point, and whither
+    they go, (5 n, 3) both.
+
+    rays: (n, 3) unit, in the middle of the zones.   distance: (n,) [m] of their points (n, 3).
+    half: (n,) [rad] to a zone's side.
+    """
+    n = len(rays)
+    begin, spread = np.empty((5 * n, 3)), np.empty((5 * n, 3))
+    across, down = np.empty(3), np.empty(3)
+    for i in range(n):
+        r, least = rays[i], 0
+        for a in range(1, 3):
+            if abs(r[a]) < abs(r[least]):
+                least = a
+        b, c = (least + 1) % 3, (least + 2) % 3
+        across[least], across[b], across[c] = 0.0, r[c], -r[b]
+        across /= np.sqrt(r[b] * r[b] + r[c] * r[c])
+        for a in range(3):
+            b, c = (a + 1) % 3, (a + 2) % 3
+            down[a] = r[b] * across[c] - r[c] * across[b]
+        for corner in range(5):
+            for a in range(3):
+                side = CORNERS[corner, 0] * across[a] + CORNERS[corner, 1] * down[a]
+                aside = side * half[i]
+                spread[5 * i + corner, a] = r[a] + aside
+                begin[5 * i + corner, a] = points[i, a] + distance[i] * aside + MARGIN * side
+    return begin, spread

@@ -99,10 +99,20 @@ def figure(stance: Stance, stature: float, hand: int = 0, target: Array | None =
     hang.
     """
     body = body_ends(stature, stance.legs, stance.lean, stance.squat, TRUNK_AXES, LEG_LENGTHS)
-    arms = [hanging_arm(body[11, i], stance.arms[i], stature) for i in (0, 1)]
-    if target is not None:
-        arms[hand] = bent_arm(body[11, hand], target, *arm_lengths(stature))
+    arms = [
+        hanging_arm(body[11, i], stance.arms[i], stature)
+        if target is None or i != hand
+        else bent_arm(body[11, i], target, *arm_lengths(stature))
+        for i in (0, 1)
+    ]
     return np.concatenate([body[:11], *(_with_hand(arm) for arm in arms)])
+
+
+def hanging_hand(stance: Stance, stature: float, hand: int) -> Array:
+    """(3,) [m] where the end of a hand's axis is while both hang: of `figure`, that alone."""
+    body = body_ends(stature, stance.legs, stance.lean, stance.squat, TRUNK_AXES, LEG_LENGTHS)
+    end: Array = hanging_arm(body[11, hand], stance.arms[hand], stature)[1, 1]
+    return end
 
 
 def arm_lengths(stature: float) -> tuple[float, float]:

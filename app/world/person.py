@@ -12,7 +12,7 @@ import numpy as np
 
 from app.messages import Array, freeze
 from app.world.build import MIDDLE, PARTS, SHORT, TALL, shape_of_part
-from app.world.figure import Stance, bow, figure
+from app.world.figure import Stance, bow, figure, hanging_hand
 from app.world.gait import ARM_SWING, NATURAL, stride, swing
 from app.world.limbs import capsule_poses, rotated
 from app.world.route import Route, Stage, smoothstep
@@ -118,7 +118,7 @@ class Walker:
         target = (plan.reach[stage.stop] - stage.position) @ T[:3, :3]
         # up before ahead, over the edge of a table
         ahead, up = smoothstep(1.5 * out - 0.5), smoothstep(1.5 * out)
-        hangs = figure(stance, plan.stature)[-1 - 3 * (1 - plan.hand), 1]
+        hangs = hanging_hand(stance, plan.stature, plan.hand)
         hand = hangs + (target - hangs) * [ahead, ahead, up]
         return figure(stance, plan.stature, plan.hand, hand)
 
