@@ -73,14 +73,18 @@ class NearestNow:
         self._truth, self._links = truth, links
         self._rows, self._shapes = _counting(world, leave_out)
         self._bounds = PairBounds(robot, links, len(self._rows))
+        self._last = 0  # the pair that was nearest; mostly it still is, and bounds all others
 
     def update(self, T_base_link: Array, bodies: Sequence[BodyPose]) -> Nearest:
         """With links at T_base_link (L, 4, 4), all of them, and all bodies of the world."""
         T_link, there = T_base_link[self._links], [bodies[i] for i in self._rows]
         bound = self._bounds.now(T_link, there)
+        order = np.argsort(bound, axis=None).tolist()
+        if order:
+            order.insert(0, order.pop(order.index(self._last)))
         best = NOTHING
-        for pair in np.argsort(bound, axis=None):
-            i, j = divmod(int(pair), len(there))
+        for pair in order:
+            i, j = divmod(pair, len(there))
             if bound[i, j] >= best.distance:
                 break
             link, T_body = int(self._links[i]), there[j].T_base_body
@@ -89,7 +93,7 @@ class NearestNow:
             )
             self._bounds.measured(i, j, d)
             if d < best.distance:
-                best = Nearest(d, link, there[j].view.name, at)
+                best, self._last = Nearest(d, link, there[j].view.name, at), pair
         return best
 
 
