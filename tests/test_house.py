@@ -1,5 +1,6 @@
 """The house's conventions that no linter knows."""
 
+import json
 import re
 import shutil
 import subprocess
@@ -10,9 +11,9 @@ from typing import get_args, get_type_hints
 
 import pytest
 
-from app.cli import COMMANDS
+from app.cli import COMMANDS, main
 from app.config import tunables
-from app.control.registry import kinds
+from app.control.registry import forget, kinds
 
 ROOT = Path(__file__).parent.parent
 # The machine that a file was written on, and the place that its packages came from.
@@ -93,11 +94,29 @@ def test_no_tracked_text_names_this_machine_or_a_package_registry() -> None:
     assert found == []
 
 
+def examples() -> list[str]:
+    return re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.S)
+
+
 def test_the_example_in_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.S)
-    assert len(blocks) == 1
-    exec(compile(blocks[0], "README.md", "exec"), {})
+    exec(compile(examples()[0], "README.md", "exec"), {})
     assert capsys.readouterr().out.startswith("running ")
+
+
+def test_the_controller_in_the_readme_drives_the_arm_and_acts_in_twenty_lines(
+    capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    _, mine = examples()
+    assert len(mine.split("def act")[1].splitlines()) <= 20
+    (tmp_path / "mine.py").write_text(mine)
+    flags = ["--headless", "--seconds", "0.4", "--scene", "approach", "--json"]
+    mode = str(tmp_path / "mine.py")
+    try:
+        assert main(["run", "--controller", mode, *flags]) == 0
+        row = json.loads(capsys.readouterr().out)["rows"][0]
+        assert row["mode"] == mode and row["status"] == "running"
+    finally:
+        forget(mode)
 
 
 def test_every_flag_in_the_readme_exists() -> None:
