@@ -16,6 +16,7 @@ class Cones(NamedTuple):
     edge_x, edge_y: (K, n + 1) tangents between which the columns, the rows of zones look.
     shape: (K, 2) columns and rows.   pitch: (K,) [rad] the smaller angle between two zones.
     slot:  (K, n, n) the zone at a column and a row.
+    margin: (K,) share of a zone's width at each edge that does not count, see `cones_of`.
     radial: (K,) bool, are distances along the ray?   reach: (K,) [m] how far it is believed.
     """
 
@@ -26,13 +27,18 @@ class Cones(NamedTuple):
     shape: NDArray[np.int64]
     pitch: Array
     slot: NDArray[np.int64]
+    margin: Array
     radial: NDArray[np.bool_]
     reach: Array
 
 
 def cones_of(skin: Skin, reach: float | None = None) -> Cones:
     """The views of a skin. reach [m]: how far they are counted; without it as far as each type
-    finds a grey target in the dark (`SensorType.detection`), never beyond what is believed."""
+    finds a grey target in the dark (`SensorType.detection`), never beyond what is believed.
+
+    What reaches into a zone by no more than its edge fills too little of it to be reported: what
+    is beyond the outermost of the rays that stand for the zone does not count.
+    """
     n = int(skin.grid.max())
     edges = np.zeros((2, skin.count, n + 1))
     shape, pitch = np.empty((skin.count, 2), dtype=np.int64), np.empty(skin.count)
@@ -59,6 +65,7 @@ def cones_of(skin: Skin, reach: float | None = None) -> Cones:
         shape=shape,
         pitch=pitch,
         slot=slot,
+        margin=np.array([0.5 / s.type.footprint for s in skin.sensors]),
         radial=np.array([s.type.radial for s in skin.sensors]),
         reach=far,
     )
@@ -71,7 +78,7 @@ def poses_of(cones: Cones, T_base_link: Array) -> Array:
 
 # A kernel that hands arrays on counts each of them twice, so a sensor is one row of numbers:
 # these, then the n + 1 edges of its columns and of its rows, then where its zones' views end.
-COLUMNS, ROWS, PITCH, RADIAL, REACH, SIZE, EDGES = range(7)
+COLUMNS, ROWS, PITCH, RADIAL, REACH, SIZE, MARGIN, EDGES = range(8)
 
 
 def packed(cones: Cones, free: Array) -> Array:
@@ -80,5 +87,6 @@ def packed(cones: Cones, free: Array) -> Array:
     head = np.empty((count, EDGES))
     head[:, [COLUMNS, ROWS]], head[:, PITCH] = cones.shape, cones.pitch
     head[:, RADIAL], head[:, REACH], head[:, SIZE] = cones.radial, cones.reach, n
+    head[:, MARGIN] = cones.margin
     ends = np.where(cones.slot < 0, 0.0, free[cones.slot]).reshape(count, -1)
     return np.hstack((head, cones.edge_x, cones.edge_y, ends))

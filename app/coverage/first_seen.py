@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.compiled import compiled
-from app.coverage.cones import COLUMNS, EDGES, PITCH, RADIAL, REACH, ROWS, SIZE
+from app.coverage.cones import COLUMNS, EDGES, MARGIN, PITCH, RADIAL, REACH, ROWS, SIZE
 from app.messages import Array
 
 STEP = 0.02  # [m]
@@ -72,11 +72,13 @@ def _clipped(line: Line, eye: Array, radius: float, far: float) -> tuple[float, 
     low, high = _below(x[2], u[2], eye[REACH] + radius, low, high)
     if low > high:
         return low, high
-    left, right = eye[EDGES], eye[EDGES + int(eye[COLUMNS])]
+    left, _ = _inner(eye, EDGES)
+    _, right = _inner(eye, EDGES + int(eye[COLUMNS]) - 1)
     low, high = _beside(x[0], x[2], u[0], u[2], left, right, (low, high, radius))
     if low > high:
         return low, high
-    left, right = eye[rows], eye[rows + int(eye[ROWS])]
+    left, _ = _inner(eye, rows)
+    _, right = _inner(eye, rows + int(eye[ROWS]) - 1)
     return _beside(x[1], x[2], u[1], u[2], left, right, (low, high, radius))
 
 
@@ -149,10 +151,10 @@ def _zone_sees(
 ) -> bool:
     """Does the zone at column i and row j see the sphere with its middle at c, at a tangent?"""
     n = int(eye[SIZE])
-    at_x, at_y = EDGES + i, EDGES + n + 1 + j
+    left, right = _inner(eye, EDGES + i)
+    upper, lower = _inner(eye, EDGES + n + 1 + j)
     # the zone's direction that is nearest to the middle, about
-    tx = min(max(tangent[0], eye[at_x]), eye[at_x + 1])
-    ty = min(max(tangent[1], eye[at_y]), eye[at_y + 1])
+    tx, ty = min(max(tangent[0], left), right), min(max(tangent[1], upper), lower)
     scale = tx * tx + ty * ty + 1.0
     along = c[0] * tx + c[1] * ty + c[2]
     beyond = c[0] * c[0] + c[1] * c[1] + c[2] * c[2] - radius * radius
@@ -163,6 +165,13 @@ def _zone_sees(
     if eye[RADIAL] > 0.0:
         near *= np.sqrt(scale)
     return bool(near < eye[EDGES + 2 * (n + 1) + i * n + j])
+
+
+@compiled
+def _inner(eye: Array, at: int) -> tuple[float, float]:
+    """The tangents between which a zone counts, whose edges are at `at` and behind it."""
+    margin = eye[MARGIN] * (eye[at + 1] - eye[at])
+    return eye[at] + margin, eye[at + 1] - margin
 
 
 @compiled
