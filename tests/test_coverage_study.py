@@ -54,9 +54,10 @@ def test_a_point_is_watched_if_its_ray_comes_to_the_sensor(robot, skin, subject,
 
 
 def test_voxels_lie_round_the_arm_above_the_floor(home):
-    grid = voxels(home, 0.1, 0.0, NEAR)
+    grid, distance = voxels(home, 0.1, NEAR)
     assert (grid[:, 2] > 0.0).all()
-    distance = np.linalg.norm(grid[:, None] - home.at.point, axis=2).min(axis=1)
+    expected = np.linalg.norm(grid[:, None] - home.at.point, axis=2).min(axis=1)
+    assert distance == pytest.approx(expected)
     assert distance.max() <= NEAR
     assert len(np.unique(grid.round(3), axis=0)) == len(grid)
 

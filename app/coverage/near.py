@@ -46,10 +46,13 @@ def _clear(points: Array, look: Look, link: NDArray[np.int64], least: float) -> 
         others, mine = np.flatnonzero(link != i), link == i
         if not len(others):
             continue
-        distance, nearest = KDTree(look.at.point[others]).query(points[mine])
-        patch = others[nearest]
-        away = points[mine] - look.at.point[patch]
+        tree = KDTree(look.at.point[others])
+        distance, nearest = map(
+            np.asarray, tree.query(points[mine], distance_upper_bound=max(DEEP, least))
+        )
+        close = np.isfinite(distance)  # behind a patch that is far away is no inside
+        patch, at = others[nearest[close]], np.flatnonzero(mine)[close]
+        away = points[at] - look.at.point[patch]
         outside = np.einsum("pi,pi->p", away, look.at.normal[patch]) > 0.0
-        # behind a patch that is far away is no inside
-        out[mine] = (distance >= least) & (outside | (distance > DEEP))
+        out[at] = (distance[close] >= least) & outside
     return out

@@ -25,6 +25,7 @@ class Tally:
     near, watched, twice: (W, P) postures in which the point at each of `WITHIN` over a patch
     counts; a sensor sees it; two do.
     seen: (W, P) ways that are seen at each of `WITHIN`.   worst: (P,) [m] the least gap of all.
+    blind: (P,) postures in which something can come unseen to within `BLIND`.
     alone: (K,) area x ways that nobody but this sensor sees at `COST`.
     hidden, lost: (K,) postures in which it looks into the arm; share of its cone that is lost.
     space: of each posture: blind near, blind far, sensed, occupancy.
@@ -41,6 +42,7 @@ class Tally:
     watched: Array = field(init=False)
     twice: Array = field(init=False)
     worst: Array = field(init=False)
+    blind: Array = field(init=False)
     alone: Array = field(init=False)
     hidden: Array = field(init=False)
     lost: Array = field(init=False)
@@ -50,7 +52,7 @@ class Tally:
         patches, sensors = len(self.subject.patches.link), self.subject.skin.count
         self.open, self.gap, self.time = np.zeros((3, patches))
         self.seen, self.near, self.watched, self.twice = np.zeros((4, len(WITHIN), patches))
-        self.worst = np.full(patches, np.inf)
+        self.worst, self.blind = np.full(patches, np.inf), np.zeros(patches)
         self.alone, self.hidden, self.lost = np.zeros((3, sensors))
 
     def add(self, look: Look, space: Space) -> None:
@@ -63,7 +65,8 @@ class Tally:
         self.time += np.where(free, self.times(look), 0.0).sum(axis=1)
         for i, d in enumerate(WITHIN):
             self.seen[i] += (known >= d).sum(axis=1)
-        self.worst = np.minimum(self.worst, np.where(free, gap, np.inf).min(axis=1))
+        worst = np.where(free, gap, np.inf).min(axis=1)
+        self.worst, self.blind = np.minimum(self.worst, worst), self.blind + (worst < BLIND)
         before = near(self.subject, look, WITHIN)
         self.near += before.counted
         self.watched += before.counted & (before.sensors >= 1)
@@ -109,7 +112,7 @@ class Tally:
             },
             "gap_m": float(area[some] @ self.gap[some]) / ways,
             "time_s": float(area[some] @ self.time[some]) / ways,
-            "blind_area": float(area[some & (self.worst < BLIND)].sum()) / whole,
+            "blind_area": float(area[some] @ self.blind[some]) / whole / self.looks,
             "never_seen": float(area[some & (self.gap <= 0.0)].sum()) / whole,
         }
 

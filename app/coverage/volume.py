@@ -23,6 +23,7 @@ from app.messages import Array
 
 NEAR, FAR = 0.5, 2.0  # [m] from the surface
 FINE, COARSE = 0.05, 0.1  # [m] voxels of the near and of the far space
+ROUGH = 4  # one in so many patches tells how far a voxel of the far space is
 FLOOR = 0.0  # [m] z of the base frame, below which nothing is counted
 
 
@@ -43,29 +44,31 @@ class Space(NamedTuple):
 def space(subject: Subject, look: Look) -> Space:
     """What is watched of the space round the arm."""
     eyes = packed(subject.cones, look.views.free)
-    near, apart = voxels(look, FINE, 0.0, NEAR), voxels(look, COARSE, NEAR, FAR)
+    near, (every, distance) = voxels(look, FINE, NEAR)[0], voxels(look, COARSE, FAR, ROUGH)
+    apart = every[distance > NEAR]
     seen = [watched(v, look.T_base_sensor, eyes).any(axis=0) for v in (near, apart)]
     parts = np.array([len(near) * FINE**3, len(apart) * COARSE**3])
     share = np.array([s.mean() for s in seen])
     return Space(
         1.0 - float(share[0]), 1.0 - float(share[1]), float(share @ parts / parts.sum()),
-        _occupancy(subject, look), near[~seen[0]],
+        _occupancy(subject, look, every), near[~seen[0]],
     )  # fmt: skip
 
 
-def voxels(look: Look, size: float, least: float, most: float) -> Array:
-    """(n, 3) [m] middles of the voxels between `least` and `most` from the arm, outside it."""
-    points, normals = look.at.point, look.at.normal
+def voxels(look: Look, size: float, most: float, stride: int = 1) -> tuple[Array, Array]:
+    """(n, 3) [m] middles of the voxels up to `most` from the arm, outside it, and (n,) [m] how far
+    they are from it, by every so many of the patches."""
+    points, normals = look.at.point[::stride], look.at.normal[::stride]
     low = np.floor((points.min(axis=0) - most) / size)
     high = np.ceil((points.max(axis=0) + most) / size)
     low[2] = max(low[2], np.ceil(FLOOR / size))
     axes = [(np.arange(a, b) + 0.5) * size for a, b in zip(low, high, strict=True)]
     grid = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
-    distance, patch = KDTree(points).query(grid, distance_upper_bound=most)
-    some = (distance > least) & np.isfinite(distance)
-    grid, patch = grid[some], np.asarray(patch)[some]
+    distance, patch = map(np.asarray, KDTree(points).query(grid, distance_upper_bound=most))
+    some = np.isfinite(distance)
+    grid, patch, distance = grid[some], patch[some], distance[some]
     outside = np.einsum("ni,ni->n", grid - points[patch], normals[patch]) > 0.0
-    return np.ascontiguousarray(grid[outside])
+    return np.ascontiguousarray(grid[outside]), distance[outside]
 
 
 @compiled
@@ -98,8 +101,8 @@ def watched(points: Array, T_base_sensor: Array, eyes: Array) -> NDArray[np.bool
     return out
 
 
-def _occupancy(subject: Subject, look: Look) -> float:
-    """The occupancy coverage of all voxels up to `FAR`."""
+def _occupancy(subject: Subject, look: Look, every: Array) -> float:
+    """The occupancy coverage of `every` voxel of the size `COARSE`."""
     skin = subject.skin
     R = look.T_base_sensor[skin.sensor_of, :3, :3]
     R_link = subject.cones.T_link_sensor[skin.sensor_of, :3, :3]
@@ -107,7 +110,6 @@ def _occupancy(subject: Subject, look: Look) -> float:
     step = np.arange(0.5, FAR / COARSE * 2.0)[:, None] * COARSE / 2.0  # (steps, 1)
     at = look.T_base_sensor[skin.sensor_of, :3, 3] + step[..., None] * reach
     told = at[step < look.views.free]
-    every = voxels(look, COARSE, 0.0, FAR)
     cells = np.floor(every / COARSE).astype(np.int64)
     low = cells.min(axis=0)
     size = cells.max(axis=0) - low + 1

@@ -17,7 +17,7 @@ MEANINGS = {
     "gap_m": "mean distance from the patch at which what comes is first seen",
     "time_s": "mean time from when the host knows of it to contact",
     "blind_area": "share of the area to which something can come unseen to within 10 cm, from "
-    "some direction in some posture",
+    "some direction; mean over postures",
     "never_seen": "share of the area to which nothing is ever seen coming",
     "costs_20cm": "what the loss of this sensor alone takes from seen_20cm",
     "lost_cone": "share of the sensor's cone that the arm takes or hides",
