@@ -122,3 +122,17 @@ def test_postures_of_a_program_come_to_its_waypoints(robot):
 def test_other_postures_are_refused_with_what_there_is(robot, wanted):
     with pytest.raises(ConfigError, match="give home, grid:N, program:NAME or recording:FILE"):
         postures_of(wanted, robot)
+
+
+def test_sums_are_the_same_in_one_go_and_in_portions(robot, subject):
+    q = [robot.home, robot.home + 0.2, robot.home - 0.3]
+    looks = [look(subject, robot.posture(one)) for one in q]
+    whole, parts = Tally(subject, 1.0), Tally(subject, 1.0)
+    for one in looks:
+        whole.add(one, space(subject, one))
+        part = Tally(subject, 1.0)
+        part.add(one, space(subject, one))
+        parts.sums = parts.sums.plus(part.sums)
+    for a, b in zip(whole.sums, parts.sums, strict=True):
+        assert np.allclose(a, b)
+    assert whole.sums.looks == 3

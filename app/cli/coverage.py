@@ -31,34 +31,36 @@ class Coverage(WhichRobot):
     """Throw so many spheres before the simulated sensors, at the last posture, and compare."""
     seed: int = 0
     """Seed of the throws."""
+    jobs: int = 1
+    """Number of processes that look at postures."""
     json: bool = False
     """Print one JSON object."""
 
     def __post_init__(self) -> None:
         if self.patches < 100 or min(self.radius, self.speed) <= 0.0:
             raise ConfigError("give 100 patches or more, and a positive radius and speed")
-        if min(self.reach, self.check) < 0:
-            raise ConfigError("reach and check cannot be negative")
+        if min(self.reach, self.check) < 0 or self.jobs < 1:
+            raise ConfigError("reach and check cannot be negative, and jobs must be positive")
         if self.out is not None:
             from app.plot import check_matplotlib
 
             check_matplotlib("--out")
 
     def __call__(self) -> None:
-        from app.choices import build_robot_and_skin
-        from app.coverage.look import subject_of
+        from app.studies.coverage.portions import Plan, subject_for
         from app.studies.coverage.postures import postures_of
         from app.studies.coverage.study import cover, warnings
 
-        robot, skin = build_robot_and_skin(self.setup())
+        plan = Plan(self.setup(), self.patches, self.radius, self.speed, self.reach or None)
+        subject = subject_for(plan)
+        robot, skin = subject.robot, subject.skin
         q = postures_of(self.postures, robot)
-        subject = subject_of(robot, skin, self.patches, self.reach or None, self.radius)
         told = warnings(subject)
         for words in told:
             print(f"flinch: {words}", file=sys.stderr)
         what = f"coverage of {robot.name} by {skin.title!r}, {len(q)} postures ({self.postures})"
         with _shown("coverage", len(q) + self.check) as done:
-            found = cover(subject, q, what, self.speed, self.check, self.seed, done)
+            found = cover(plan, q, what, self.check, self.seed, self.jobs, done)
         if self.out is not None:
             from app.page import write_sheet
             from app.studies.coverage.pictures import draw
@@ -75,12 +77,12 @@ class Coverage(WhichRobot):
 
 
 @contextmanager
-def _shown(what: str, total: int) -> Iterator[Callable[[], None]]:
-    """A bar on a terminal; what is called is to be told of every step."""
+def _shown(what: str, total: int) -> Iterator[Callable[[int], None]]:
+    """A bar on a terminal; what is called is to be told how many steps are done."""
     from rich.console import Console
     from rich.progress import Progress
 
     quiet = not sys.stderr.isatty()
     with Progress(console=Console(stderr=True), transient=True, disable=quiet) as bars:
         task = bars.add_task(what, total=total)
-        yield lambda: bars.advance(task)
+        yield lambda steps: bars.advance(task, steps)

@@ -1,7 +1,6 @@
 """Coverage over many postures: sums for each patch and each sensor, and what they come to."""
 
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,67 +16,85 @@ COST = 0.2  # [m] the gap by which the loss of a sensor is told
 LATENCY = 0.05  # [s] from a measurement to the host
 
 
-@dataclass(eq=False)
-class Tally:
-    """Sums over looks at a subject; what comes has `speed` [m/s].
+class Sums(NamedTuple):
+    """Sums over looks.
 
+    looks: how many.
     open, gap, time: (P,) ways that are free, their gaps [m] and times to contact [s].
+    seen: (W, P) ways that are seen at each of `WITHIN`.
     near, watched, twice: (W, P) postures in which the point at each of `WITHIN` over a patch
     counts; a sensor sees it; two do.
-    seen: (W, P) ways that are seen at each of `WITHIN`.   worst: (P,) [m] the least gap of all.
     blind: (P,) postures in which something can come unseen to within `BLIND`.
     alone: (K,) area x ways that nobody but this sensor sees at `COST`.
     hidden, lost: (K,) postures in which it looks into the arm; share of its cone that is lost.
-    space: of each posture: blind near, blind far, sensed, occupancy.
+    space: (4,) blind near, blind far, sensed, occupancy.
+    worst: (P,) [m] the least gap of all, no sum.
     """
 
-    subject: Subject
-    speed: float
-    looks: int = 0
-    open: Array = field(init=False)
-    gap: Array = field(init=False)
-    time: Array = field(init=False)
-    seen: Array = field(init=False)
-    near: Array = field(init=False)
-    watched: Array = field(init=False)
-    twice: Array = field(init=False)
-    worst: Array = field(init=False)
-    blind: Array = field(init=False)
-    alone: Array = field(init=False)
-    hidden: Array = field(init=False)
-    lost: Array = field(init=False)
-    space: list[tuple[float, ...]] = field(default_factory=list)
+    looks: int
+    open: Array
+    gap: Array
+    time: Array
+    seen: Array
+    near: Array
+    watched: Array
+    twice: Array
+    blind: Array
+    alone: Array
+    hidden: Array
+    lost: Array
+    space: Array
+    worst: Array
 
-    def __post_init__(self) -> None:
-        patches, sensors = len(self.subject.patches.link), self.subject.skin.count
-        self.open, self.gap, self.time = np.zeros((3, patches))
-        self.seen, self.near, self.watched, self.twice = np.zeros((4, len(WITHIN), patches))
-        self.worst, self.blind = np.full(patches, np.inf), np.zeros(patches)
-        self.alone, self.hidden, self.lost = np.zeros((3, sensors))
+    def plus(self, other: "Sums") -> "Sums":
+        """Those of both."""
+        mine: tuple[Any, ...] = self
+        both = Sums._make(a + b for a, b in zip(mine, other, strict=True))
+        return both._replace(worst=np.minimum(self.worst, other.worst))
+
+
+def no_sums(patches: int, sensors: int) -> Sums:
+    """Of no look yet."""
+    one, each, per = np.zeros(patches), np.zeros((len(WITHIN), patches)), np.zeros(sensors)
+    return Sums(
+        0, one, one, one, each, each, each, each, one, per, per, per, np.zeros(4),
+        np.full(patches, np.inf),
+    )  # fmt: skip
+
+
+class Tally:
+    """Coverage of a subject over looks; what comes has `speed` [m/s]."""
+
+    def __init__(self, subject: Subject, speed: float) -> None:
+        self.subject, self.speed = subject, speed
+        self.sums = no_sums(len(subject.patches.link), subject.skin.count)
 
     def add(self, look: Look, space: Space) -> None:
         """One more posture."""
         gap, free = look.seen(), ~look.barred
         known = np.where(free, gap, 0.0)
-        self.looks += 1
-        self.open += free.sum(axis=1)
-        self.gap += known.sum(axis=1)
-        self.time += np.where(free, self.times(look), 0.0).sum(axis=1)
-        for i, d in enumerate(WITHIN):
-            self.seen[i] += (known >= d).sum(axis=1)
         worst = np.where(free, gap, np.inf).min(axis=1)
-        self.worst, self.blind = np.minimum(self.worst, worst), self.blind + (worst < BLIND)
         before = near(self.subject, look, WITHIN)
-        self.near += before.counted
-        self.watched += before.counted & (before.sensors >= 1)
-        self.twice += before.counted & (before.sensors >= 2)
         sees = look.gap >= COST
         only: NDArray[np.bool_] = sees & (sees.sum(axis=0, dtype=np.int16) == 1)
-        self.alone += only.sum(axis=2) @ self.subject.patches.area
-        self.hidden += look.hidden
         first = self.subject.skin.first
-        self.lost += np.add.reduceat(look.views.lost, first[:-1]) / np.diff(first)
-        self.space.append((space.blind_near, space.blind_far, space.sensed, space.occupancy))
+        one = Sums(
+            looks=1,
+            open=free.sum(axis=1),
+            gap=known.sum(axis=1),
+            time=np.where(free, self.times(look), 0.0).sum(axis=1),
+            seen=np.array([(known >= d).sum(axis=1) for d in WITHIN]),
+            near=np.where(before.counted, 1.0, 0.0),
+            watched=np.where(before.counted & (before.sensors >= 1), 1.0, 0.0),
+            twice=np.where(before.counted & (before.sensors >= 2), 1.0, 0.0),
+            blind=np.where(worst < BLIND, 1.0, 0.0),
+            alone=only.sum(axis=2) @ self.subject.patches.area,
+            hidden=np.where(look.hidden, 1.0, 0.0),
+            lost=np.add.reduceat(look.views.lost, first[:-1]) / np.diff(first),
+            space=np.array([space.blind_near, space.blind_far, space.sensed, space.occupancy]),
+            worst=worst,
+        )
+        self.sums = self.sums.plus(one)
 
     def times(self, look: Look) -> Array:
         """(P, M) [s] from when the host knows of what comes to its contact, at worst: the frame in
@@ -91,15 +108,15 @@ class Tally:
 
     def row(self, name: str, of: NDArray[np.bool_]) -> dict[str, Any]:
         """Figures of the patches `of` (P,), weighted by their area and their free ways."""
-        area, some = self.subject.patches.area, of & (self.open > 0)
-        ways, whole = float(area @ (self.open * some)), float(area[some].sum())
+        area, some = self.subject.patches.area, of & (self.sums.open > 0)
+        ways, whole = float(area @ (self.sums.open * some)), float(area[some].sum())
         if not ways:
             return {"name": name, "patches": 0}
-        over = np.maximum(self.near[:, some] @ area[some], 1e-12)
+        over = np.maximum(self.sums.near[:, some] @ area[some], 1e-12)
         shares = {
-            "seen": self.seen[:, some] @ area[some] / ways,
-            "watched": self.watched[:, some] @ area[some] / over,
-            "twice": self.twice[:, some] @ area[some] / over,
+            "seen": self.sums.seen[:, some] @ area[some] / ways,
+            "watched": self.sums.watched[:, some] @ area[some] / over,
+            "twice": self.sums.twice[:, some] @ area[some] / over,
         }
         return {
             "name": name,
@@ -110,10 +127,10 @@ class Tally:
                 for what, share in shares.items()
                 for d, s in zip(WITHIN, share, strict=True)
             },
-            "gap_m": float(area[some] @ self.gap[some]) / ways,
-            "time_s": float(area[some] @ self.time[some]) / ways,
-            "blind_area": float(area[some] @ self.blind[some]) / whole / self.looks,
-            "never_seen": float(area[some & (self.gap <= 0.0)].sum()) / whole,
+            "gap_m": float(area[some] @ self.sums.gap[some]) / ways,
+            "time_s": float(area[some] @ self.sums.time[some]) / ways,
+            "blind_area": float(area[some] @ self.sums.blind[some]) / whole / self.sums.looks,
+            "never_seen": float(area[some & (self.sums.gap <= 0.0)].sum()) / whole,
         }
 
     @property
@@ -130,13 +147,13 @@ class Tally:
 
     def sensor_rows(self) -> list[dict[str, Any]]:
         """A row each sensor: what its loss costs of what is seen at `COST`, and what it sees."""
-        ways = float(self.subject.patches.area @ self.open)
+        ways = float(self.subject.patches.area @ self.sums.open)
         return [
             {
                 "name": s.name,
-                f"costs_{100 * COST:.0f}cm": float(self.alone[k]) / ways,
-                "lost_cone": float(self.lost[k]) / self.looks,
-                "hidden": float(self.hidden[k]) / self.looks,
+                f"costs_{100 * COST:.0f}cm": float(self.sums.alone[k]) / ways,
+                "lost_cone": float(self.sums.lost[k]) / self.sums.looks,
+                "hidden": float(self.sums.hidden[k]) / self.sums.looks,
             }
             for k, s in enumerate(self.subject.skin.sensors)
         ]
@@ -146,5 +163,5 @@ class Tally:
         names = ("blind_0_to_0.5m", "blind_0.5_to_2m", "sensed_share", "occupancy_coverage")
         return {
             "name": "space",
-            **dict(zip(names, np.mean(self.space, axis=0).tolist(), strict=True)),
+            **dict(zip(names, (self.sums.space / self.sums.looks).tolist(), strict=True)),
         }

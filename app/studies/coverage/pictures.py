@@ -19,9 +19,9 @@ def draw(found: Found, path: Path) -> None:
     from matplotlib.figure import Figure
 
     figure = Figure(figsize=(15.0, 8.4), layout="constrained")
-    tally, point = found.tally, found.last.at.point
-    some = tally.open > 0
-    share = tally.seen[AT, some] / tally.open[some]
+    tally, sums, point = found.tally, found.tally.sums, found.last.at.point
+    some = sums.open > 0
+    share = sums.seen[AT, some] / sums.open[some]
     grid = figure.add_gridspec(2, len(SIDES), height_ratios=(3, 2))
     for i, (name, (up, round_)) in enumerate(SIDES.items()):
         field: Any = figure.add_subplot(grid[0, i], projection="3d")

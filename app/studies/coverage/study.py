@@ -11,12 +11,12 @@ import numpy as np
 from app.coverage.look import Look, Subject, look
 from app.coverage.tally import WITHIN, Tally
 from app.coverage.thrown import throw
-from app.coverage.volume import space
 from app.coverage.wedges import wedges
 from app.errors import ConfigError
 from app.messages import Array
 from app.report import Check, Report
 from app.robot.blind import blind_words
+from app.studies.coverage.portions import Plan, subject_for, tallied
 
 AGREED = 0.97  # of spheres thrown, those that are seen where it was predicted
 
@@ -31,23 +31,23 @@ class Found:
 
 
 def cover(
-    subject: Subject, q: Array, what: str, speed: float, check: int, seed: int,
-    told: Callable[[], None] = lambda: None,
+    plan: Plan, q: Array, what: str, check: int, seed: int, jobs: int = 1,
+    told: Callable[[int], None] = lambda steps: None,
 ) -> Found:  # fmt: skip
-    """Look at every posture of q (m, n); `told` after each, and after each of `check` throws."""
-    tally = Tally(subject, speed)
-    for one in q:
-        seen = look(subject, subject.robot.posture(one))
-        tally.add(seen, space(subject, seen))
-        told()
-    checks = [Check("sensors that look into the arm", float((tally.hidden > 0).sum()), "", 0.0)]
+    """Look at every posture of q (m, n), and throw `check` spheres at the last; `told` how many
+    steps of these are done."""
+    tally = tallied(plan, q, jobs, told)
+    subject = subject_for(plan)
+    posture = subject.robot.posture(q[-1])
+    last = look(subject, posture)
+    hidden = float((tally.sums.hidden > 0).sum())
+    checks = [Check("sensors that look into the arm", hidden, "", 0.0)]
     if check:
-        posture = subject.robot.posture(q[-1])
-        thrown = throw(subject, seen, posture, check, seed, told)
+        thrown = throw(subject, last, posture, check, seed, lambda: told(1))
         share = float(thrown.agreed.mean())
         checks.append(Check("thrown and seen where predicted", share, "", AGREED, at_least=True))
-    rows = [*tally.rows(), tally.space_row(), *wedge_rows(subject, seen), *tally.sensor_rows()]
-    return Found(tally, seen, Report(what, seed, rows, checks))
+    rows = [*tally.rows(), tally.space_row(), *wedge_rows(subject, last), *tally.sensor_rows()]
+    return Found(tally, last, Report(what, seed, rows, checks))
 
 
 def wedge_rows(subject: Subject, seen: Look) -> list[dict[str, Any]]:
@@ -75,7 +75,7 @@ def warnings(subject: Subject) -> tuple[str, ...]:
 def write_patches(tally: Tally, path: Path) -> None:
     """A line a patch, in the frame of its link: ConfigError where that cannot be done."""
     patches, links = tally.subject.patches, tally.subject.robot.links
-    ways = np.maximum(tally.open, 1.0)
+    sums, ways = tally.sums, np.maximum(tally.sums.open, 1.0)
     head = ["link", "x_m", "y_m", "z_m", "nx", "ny", "nz", "area_m2", "ways"]
     head += [f"seen_{100 * d:.0f}cm" for d in WITHIN] + ["gap_m", "worst_gap_m", "time_s"]
     try:
@@ -83,12 +83,12 @@ def write_patches(tally: Tally, path: Path) -> None:
             out = csv.writer(file)
             out.writerow(head)
             for p in range(len(patches.link)):
-                if not tally.open[p]:
+                if not sums.open[p]:
                     continue  # nothing can come to what is covered
                 figures = [
-                    *patches.point[p], *patches.normal[p], patches.area[p], tally.open[p],
-                    *(tally.seen[:, p] / ways[p]), tally.gap[p] / ways[p], tally.worst[p],
-                    tally.time[p] / ways[p],
+                    *patches.point[p], *patches.normal[p], patches.area[p], sums.open[p],
+                    *(sums.seen[:, p] / ways[p]), sums.gap[p] / ways[p], sums.worst[p],
+                    sums.time[p] / ways[p],
                 ]  # fmt: skip
                 out.writerow([links[patches.link[p]], *(f"{v:.6g}" for v in figures)])
     except OSError as e:
