@@ -13,8 +13,12 @@ from app.coverage.tally import Tally
 from app.coverage.volume import NEAR, space, voxels, watched
 from app.coverage.wedges import wedges
 from app.errors import ConfigError
+from app.record.recorder import start_recording, stop_recording
 from app.robot.skin import build_skin
+from app.setup import Setup
 from app.studies.coverage.postures import postures_of
+from app.timing import ManualClock
+from app.wiring import build_engine
 
 FEW = 400
 
@@ -116,6 +120,17 @@ def test_postures_of_a_program_come_to_its_waypoints(robot):
     assert 20 < len(q) <= 200
     assert np.array_equal(q[0], robot.home)
     assert np.abs(np.diff(q, axis=0)).max() < 0.5
+
+
+def test_postures_of_a_recording_are_those_of_its_ticks(robot, tmp_path):
+    setup = Setup(rate=125.0)
+    engine = build_engine(setup, ManualClock())
+    recorder = start_recording(engine, setup, tmp_path / "run.mcap", threaded=False)
+    at = [engine.step().joints.q for _ in range(10)]
+    stop_recording(engine, recorder)
+    engine.close()
+    q = postures_of(f"recording:{tmp_path / 'run.mcap'}", robot)
+    assert np.array_equal(q, at)
 
 
 @pytest.mark.parametrize("wanted", ["everywhere", "grid:", "grid:0", "program:", "home:3"])

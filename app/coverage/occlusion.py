@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from app.compiled import compiled
 from app.coverage.cones import Cones
 from app.coverage.patches import LIFT, Posed
 from app.messages import Array
@@ -66,11 +67,35 @@ def nearest(robot: Robot, T_base_link: Array, origin: Array, way: Array) -> Arra
     +inf where they meet none."""
     length = np.full(len(origin), np.inf)
     for T, mesh in zip(T_base_link, robot.rigid, strict=True):
-        o, d = (origin - T[:3, 3]) @ T[:3, :3], way @ T[:3, :3]
-        away = mesh.centre - o
-        along = np.einsum("ni,ni->n", away, d)
-        aside = np.einsum("ni,ni->n", away, away) - along**2
-        near = (aside < mesh.radius**2) & (along > -mesh.radius)
-        hit = mesh.cast(o[near].astype(np.float32), d[near].astype(np.float32))
-        length[near] = np.minimum(length[near], hit)
+        ray, at, there = _reaching(origin, way, T, mesh.centre, mesh.radius)
+        length[ray] = np.minimum(length[ray], mesh.cast(at, there))
     return length
+
+
+@compiled
+def _reaching(
+    origin: Array, way: Array, T_base_link: Array, centre: Array, radius: float
+) -> tuple[NDArray[np.int64], NDArray[np.float32], NDArray[np.float32]]:
+    """The rays that reach the sphere round a link, and those in its frame: origins, directions.
+
+    centre: (3,), radius [m], of the sphere, link frame.
+    """
+    T, room = T_base_link, len(origin)
+    ray = np.empty(room, dtype=np.int64)
+    at, there = np.empty((room, 3), dtype=np.float32), np.empty((room, 3), dtype=np.float32)
+    o, d, found = np.empty(3), np.empty(3), 0
+    for n in range(room):
+        a, b, c = origin[n, 0] - T[0, 3], origin[n, 1] - T[1, 3], origin[n, 2] - T[2, 3]
+        along, square = 0.0, 0.0
+        for i in range(3):
+            o[i] = T[0, i] * a + T[1, i] * b + T[2, i] * c
+            d[i] = T[0, i] * way[n, 0] + T[1, i] * way[n, 1] + T[2, i] * way[n, 2]
+            to = centre[i] - o[i]
+            along += to * d[i]
+            square += to * to
+        if square - along * along < radius * radius and along > -radius:
+            ray[found] = n
+            for i in range(3):
+                at[found, i], there[found, i] = o[i], d[i]
+            found += 1
+    return ray[:found], at[:found], there[:found]

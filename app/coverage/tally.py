@@ -116,8 +116,9 @@ class Tally:
         shares = {
             "seen": self.sums.seen[:, some] @ area[some] / ways,
             "watched": self.sums.watched[:, some] @ area[some] / over,
-            "twice": self.sums.twice[:, some] @ area[some] / over,
         }
+        twice = self.sums.twice[:, some] @ area[some] / over
+        costly = WITHIN.index(COST)
         return {
             "name": name,
             "patches": int(some.sum()),
@@ -127,6 +128,7 @@ class Tally:
                 for what, share in shares.items()
                 for d, s in zip(WITHIN, share, strict=True)
             },
+            f"twice_{100 * COST:.0f}cm": float(twice[costly]),
             "gap_m": float(area[some] @ self.sums.gap[some]) / ways,
             "time_s": float(area[some] @ self.sums.time[some]) / ways,
             "blind_area": float(area[some] @ self.sums.blind[some]) / whole / self.sums.looks,
