@@ -78,7 +78,7 @@ def test_what_a_dead_sensor_costs_is_what_is_lost_without_it(robot, skin, subjec
     tally.add(home, space(subject, home))
     costs = [row["costs_20cm"] for row in tally.sensor_rows()]
     worst = int(np.argmax(costs))
-    area = subject.patches.area[:, None]
+    area = (subject.patches.area * tally.moving)[:, None]
     kept = np.arange(skin.count) != worst
     free = (area * ~home.barred).sum()
     with_, without = (
@@ -151,3 +151,20 @@ def test_sums_are_the_same_in_one_go_and_in_portions(robot, subject):
     for a, b in zip(whole.sums, parts.sums, strict=True):
         assert np.allclose(a, b)
     assert whole.sums.looks == 3
+
+
+def test_a_sensor_that_looks_into_the_arm_misses_the_check(tmp_path, capsys):
+    """Named on standard error as well, with the remedy."""
+    file = tmp_path / "into.toml"
+    file.write_text(
+        'title = "one into the arm"\n'
+        '[[sensor]]\nname = "out"\nlink = "forearm_link"\nposition_m = [-0.3, 0.0, 0.1]\n'
+        "direction = [0.0, 0.0, 1.0]\nup = [-1.0, 0.0, 0.0]\n"
+        '[[sensor]]\nname = "into"\nlink = "forearm_link"\nposition_m = [-0.3, 0.0, 0.1]\n'
+        "direction = [0.0, 0.0, -1.0]\nup = [-1.0, 0.0, 0.0]\n"
+    )
+    assert main(["coverage", "--skin", str(file), "--patches", "200", "--json"]) == 0
+    said = capsys.readouterr()
+    report = json.loads(said.out)
+    assert [(c["value"], c["ok"]) for c in report["checks"]] == [(1.0, False)]
+    assert "into looks into forearm_link" in said.err

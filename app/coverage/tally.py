@@ -25,7 +25,7 @@ class Sums(NamedTuple):
     near, watched, twice: (W, P) postures in which the point at each of `WITHIN` over a patch
     counts; a sensor sees it; two do.
     blind: (P,) postures in which something can come unseen to within `BLIND`.
-    alone: (K,) area x ways that nobody but this sensor sees at `COST`.
+    alone: (K,) area x ways of what moves that nobody but this sensor sees at `COST`.
     hidden, lost: (K,) postures in which it looks into the arm; share of its cone that is lost.
     space: (4,) blind near, blind far, sensed, occupancy.
     worst: (P,) [m] the least gap of all, no sum.
@@ -88,7 +88,7 @@ class Tally:
             watched=np.where(before.counted & (before.sensors >= 1), 1.0, 0.0),
             twice=np.where(before.counted & (before.sensors >= 2), 1.0, 0.0),
             blind=np.where(worst < BLIND, 1.0, 0.0),
-            alone=only.sum(axis=2) @ self.subject.patches.area,
+            alone=only.sum(axis=2) @ (self.subject.patches.area * self.moving),
             hidden=np.where(look.hidden, 1.0, 0.0),
             lost=np.add.reduceat(look.views.lost, first[:-1]) / np.diff(first),
             space=np.array([space.blind_near, space.blind_far, space.sensed, space.occupancy]),
@@ -149,7 +149,7 @@ class Tally:
 
     def sensor_rows(self) -> list[dict[str, Any]]:
         """A row each sensor: what its loss costs of what is seen at `COST`, and what it sees."""
-        ways = float(self.subject.patches.area @ self.sums.open)
+        ways = float((self.subject.patches.area * self.moving) @ self.sums.open)
         return [
             {
                 "name": s.name,

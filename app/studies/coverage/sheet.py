@@ -19,8 +19,10 @@ MEANINGS = {
     "blind_area": "share of the area to which something can come unseen to within 10 cm, from "
     "some direction; mean over postures",
     "never_seen": "share of the area to which nothing is ever seen coming",
-    "costs_20cm": "what the loss of this sensor alone takes from seen_20cm",
+    "costs_20cm": "what the loss of this sensor alone takes from seen_20cm of all that moves",
     "lost_cone": "share of the sensor's cone that the arm takes or hides",
+    "hidden": "share of the postures in which most of its zones end less than 10 cm ahead, on the "
+    "arm itself",
     "closes_m": "how far out from the lenses the wedge between two neighbours closes",
 }
 
