@@ -29,7 +29,7 @@ def draw(found: Found, path: Path) -> None:
             *point[some].T, c=share, cmap="RdYlGn", vmin=0.0, vmax=1.0, s=4, linewidths=0
         )
         field.view_init(up, round_)
-        field.set_box_aspect(np.ptp(point, axis=0), zoom=1.4)
+        field.set_box_aspect(np.ptp(point, axis=0), zoom=1.25)
         field.set_title(name)
         field.set_axis_off()
     figure.colorbar(dots, ax=figure.axes, shrink=0.5, label=_label())
