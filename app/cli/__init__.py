@@ -15,6 +15,7 @@ from app.cli.bench import Bench
 from app.cli.benchmark import Benchmark
 from app.cli.calibrate import Calibrate
 from app.cli.compare import Compare
+from app.cli.coverage import Coverage
 from app.cli.doctor import Doctor
 from app.cli.experiments import Experiment
 from app.cli.export import Export
@@ -41,6 +42,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "bench": Bench,
     "benchmark": Benchmark,
     "doctor": Doctor,
+    "coverage": Coverage,
     "calibrate": Calibrate,
     "skin": SkinCommand,
     "record-skin": RecordSkin,

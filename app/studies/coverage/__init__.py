@@ -1,0 +1,1 @@
+"""`flinch coverage`: what a skin sees, over postures, with files to keep."""
