@@ -56,7 +56,7 @@ def test_usual_number_lines_at_115200_baud_are_40_ms_late(skin):
     assert latency(PortSpec("/dev/ttyACM0"), kind, False, size, 115_200) == 0.010
 
 
-@pytest.mark.parametrize("encode", ["lines", "table"])
+@pytest.mark.parametrize("name", ["lines", "table"])
 def test_the_size_of_a_frame_is_counted_on_the_line_and_not_guessed(name):
     port, sent = HandPort(format_name=name), FORMATS[name].encode(raw(distance=1234))
     stuff = b"joined in the middle\n" * 40 + sent * 12

@@ -10,7 +10,7 @@ from collections import Counter
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from app.sensing.wire.cells import NOTHING, Odd, Row, is_band, is_border, read_json, read_row
+from app.sensing.wire.cells import NOTHING, Odd, Row, Told, is_band, is_border, read_json, read_row
 from app.sensing.wire.described import Print, Status, frame_of
 from app.sensing.wire.doubts import Doubts, kind_of, like_statuses
 from app.sensing.wire.raw import NO_TARGET, USUAL, Grid, RawFrame
@@ -46,6 +46,7 @@ class TextReader:
         self._heading, self._block = "", Block([], [])
         self._near = False  # the heading stands right above the grid
         self._sure = False  # the block has a beginning that ends no other block
+        self._worded = False  # words stood before the last row
         self._lost = False  # until the next beginning
         self._waits = False  # an empty line ends the blocks
         self._given = False  # the frame of this block
@@ -67,13 +68,13 @@ class TextReader:
             self._begin(line == HOME)
         elif is_border(line):
             self._border(line)
-        elif "{" in line or "[[" in line or '["' in line:
-            self._json(line)
+        elif ("{" in line or "[[" in line) and (told := read_json(line)) is not None:
+            self._json(told)
         else:
             row = read_row(line, self._fits)
             if isinstance(row, Row):
                 self._row(row)
-            elif isinstance(row, Odd) and (self._block.rows or row.numbers > 1):
+            elif isinstance(row, Odd) and (row.numbers > 1 or self._begun):
                 self._forget("count of numbers")
             else:
                 self._begin(True)
@@ -82,11 +83,16 @@ class TextReader:
                 if not self._how.sensors:
                     self._heading = line.strip()[:HEADING]
 
+    @property
+    def _begun(self) -> bool:
+        """Is a block in the middle?"""
+        return bool(self._block.rows) and not self._given
+
     # --- lines ----------------------------------------------------------------------------
 
     def _begin(self, sure: bool) -> None:
         """What is no row has come: a block ends here, another may begin."""
-        if self._block.rows and not self._given:
+        if self._begun:
             self._close()
         self._empty()
         self._sure = sure
@@ -153,7 +159,10 @@ class TextReader:
         self._add(values, codes, row.before)
 
     def _add(self, values: list[float | None], codes: list[int | None] | None, before: str) -> None:
-        """One more row of a block."""
+        """One more row of a block; words before one, and before none above it, begin another."""
+        if before and self._block.rows and not self._worded:
+            self._begin(True)
+        self._worded = bool(before)
         if self._lost:
             return
         if self._given or (self._block.rows and len(self._block.rows[0]) != len(values)):
@@ -205,18 +214,11 @@ class TextReader:
                 tail = [None if v is None else int(v) for v in values[len(mm) // 2 :]]
                 self._take(_codes(tail), None, half, "status")
 
-    def _json(self, line: str) -> None:
+    def _json(self, told: Told) -> None:
         self._begin(True)
-        told = read_json(line)
-        grid = None if told is None else self._whole(len(told.values))
-        if told is None or grid is None or told.width not in (0, self._how.printed(grid)[1]):
-            row = read_row(line, self._fits)
-            if isinstance(row, Row):
-                self._row(row)
-            elif told is not None:
-                self.refused["count of numbers"] += 1
-            else:
-                self._heading = line.strip()[:HEADING]
+        grid = self._whole(len(told.values))
+        if grid is None or told.width not in (0, self._how.printed(grid)[1]):
+            self.refused["count of numbers"] += 1
             return
         if self._how.json is False or self._how.status not in (Status.NONE, Status.AFTER):
             self._refuse("it prints JSON, and its format does not; name #json or #json-status")

@@ -18,6 +18,7 @@ class Lines:
     def __init__(self) -> None:
         self._rest = b""
         self._joined = False
+        self._returned = False  # the last line ended with a return: its line feed may follow
 
     def feed(self, chunk: bytes) -> list[str]:
         """Lines that are complete, without their ends and escapes; what is no ASCII is replaced.
@@ -25,13 +26,14 @@ class Lines:
         A line that takes the cursor home gives `HOME` before what follows the escape.
         """
         data = self._rest + chunk
-        if not self._rest:
-            data = data.lstrip(b"\r")  # of an LF CR that a chunk has cut
-        ended = data.rstrip(b"\r")
-        *whole, rest = END.split(ended)
-        if rest:
-            rest += data[len(ended) :][:1]  # whether a line feed follows is not known yet
+        if not self._rest:  # an end of a line that a chunk has cut is no other line's
+            data = data.lstrip(b"\r")
+            if self._returned and data:
+                data, self._returned = data.removeprefix(b"\n"), False
+        *whole, rest = END.split(data)
         self._rest = rest[: LONGEST + 1]
+        if whole and not rest:
+            self._returned = not data.rstrip(b"\r").endswith(b"\n")
         if whole and not self._joined:
             self._joined = True
             whole = whole[1:]
