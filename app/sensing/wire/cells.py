@@ -14,9 +14,10 @@ UNIT = r"(?:\s?(mm|cm|m)(?![a-z]))?"
 CODE = rf"({NUMBER}|{MARK})"
 BESIDE = rf"(?:\s*(?:[:/]\s*{CODE}|\(\s*{CODE}\s*\)|\[\s*{CODE}\s*\]))?"
 CELL = re.compile(rf"(?:({NUMBER}){UNIT}|{MARK}){BESIDE}", re.IGNORECASE)
-BETWEEN = re.compile(r"[\s,;|]*")
+CELLS = re.compile(rf"{CELL.pattern}([\s,;|]*)", re.IGNORECASE)  # with what is between
 PLAIN = re.compile(r"\s*-?\d{1,6}(?:(?:[ \t]*,[ \t]*|\t| +)-?\d{1,6})*[ \t]*,?\s*")
 INTEGER = re.compile(r"-?\d+")
+TWICE = re.compile(r"[,;|\t]\s*[,;|\t]")  # signs with nothing between them
 BORDER = re.compile(r"[-+=|#*_:.~\s]+")
 RULE = re.compile(r"[-=_~#]{8,}|[-=_]*\+|={2,}|[*#]{8,}")
 # what a line may begin with before its numbers; marks for nothing are none of it
@@ -72,9 +73,6 @@ def is_border(line: str) -> bool:
 
 def read_row(line: str, fits: Fits) -> Row | Odd | None:
     """The numbers of a line if `fits` their count; None of one that is something else."""
-    if PLAIN.fullmatch(line):
-        plain: list[float | None] = [int(v) for v in INTEGER.findall(line)]
-        return Row(plain) if fits(len(plain)) else Odd(len(plain))
     at, odd = 0, None
     for _ in range(MOST):
         row = _scan(line[at:], fits)
@@ -93,52 +91,50 @@ def _scan(body: str, fits: Fits) -> Row | Odd | None:
     body = body.lstrip(OPEN).rstrip(" \t,;|}'\"")
     if body.endswith("]") and body.count("[") < body.count("]"):
         body = body.rstrip(CLOSE)
-    cells, gaps, units, at = [], [], set(), 0
-    while at < len(body):
-        match = CELL.match(body, at)
-        if not match:
-            return None
-        number, unit, *beside = match.groups()
-        cells.append((_number(number), next((b for b in beside if b is not None), None)))
-        if number is not None:
-            units.add((unit or "").lower())
-        between = BETWEEN.match(body, match.end())
-        at = between.end() if between else match.end()
-        if between and not between[0] and at < len(body):
-            return None  # something sticks to a number
-        gaps.append(_empties(between[0] if between else ""))
-    told = [s is not None for v, s in cells if v is not None]
-    if not cells or len(units) > 1 or (any(told) and not all(told)):
+    if PLAIN.fullmatch(body):
+        plain: list[float | None] = [int(v) for v in INTEGER.findall(body)]
+        return Row(plain) if fits(len(plain)) else Odd(len(plain))
+    first = CELLS.match(body)
+    if not first or not (first[6] or first.end() == len(body)):
         return None
-    with_empties = []
-    for cell, empties in zip(cells, [*gaps[:-1], 0], strict=True):
-        with_empties += [cell, *[(None, None)] * empties]
-    full, dense = fits(len(with_empties)), fits(len(cells))
-    if full == dense and len(cells) != len(with_empties):
-        return Odd(len(cells))
-    if not (full or dense):
-        return Odd(len(cells))
-    chosen = with_empties if full else cells
-    beside_all = any(s is not None for _, s in chosen)
-    status = [_code(s) for _, s in chosen] if beside_all else None
-    return Row([v for v, _ in chosen], status, next(iter(units), ""))
+    found = CELLS.findall(body)
+    if CELLS.sub("", body) or not all(f[-1] for f in found[:-1]):
+        return None  # something else stands there, or sticks to a number
+    numbers = [f for f in found if f[0]]
+    units = {f[1].lower() for f in numbers}
+    told = [bool(f[2] or f[3] or f[4]) for f in numbers]
+    if len(units) > 1 or (any(told) and not all(told)):
+        return None
+    gaps = [_empties(f[-1]) for f in found[:-1]] if TWICE.search(body) else []
+    full, dense = fits(len(found) + sum(gaps)), fits(len(found))
+    if not (full or dense) or (full and dense and any(gaps)):
+        return Odd(len(found))
+    values: list[float | None] = [_number(f[0]) for f in found]
+    status = [_code(f[2] or f[3] or f[4]) for f in found]
+    if full and any(gaps):
+        for i in range(len(gaps) - 1, -1, -1):
+            values[i + 1 : i + 1] = [None] * gaps[i]
+            status[i + 1 : i + 1] = [None] * gaps[i]
+    beside = any(told) or any(s is not None for s in status)
+    return Row(values, status if beside else None, next(iter(units), ""))
 
 
-def _number(text: str | None) -> float | None:
-    if text is None:
+def _number(text: str) -> float | None:
+    if not text:
         return None
     return float(text) if "." in text else int(text)
 
 
-def _code(text: str | None) -> int | None:
-    if text is None or not INTEGER.fullmatch(text):
-        return None
-    return int(text)
+def _code(text: str) -> int | None:
+    return int(text) if text.isdecimal() else None
 
 
 def _empties(between: str) -> int:
     """How many places between two numbers are empty."""
-    return max(0, *(between.count(sign) - 1 for sign in ",;|\t"))
+    if between.isspace() and "\t" not in between:
+        return 0
+    most = max(between.count(","), between.count(";"), between.count("|"), between.count("\t"))
+    return max(0, most - 1)
 
 
 DISTANCES = re.compile(r"^(d|dist\w*|distance\w*|range\w*|mm|depth\w*)$", re.IGNORECASE)

@@ -16,6 +16,7 @@ OTHER = re.compile(
 )
 DISTANCE = re.compile(r"\b(d|dist\w*|range\w*|mm|depth\w*|\w*_mm)\b", re.IGNORECASE)
 LONG_NUMBER = re.compile(r"\d+(?:[:.,]\d+)+|\d{3,}")
+FEWEST = 16  # zones of the sensors whose statuses are known here
 KEPT = 16  # headings that are remembered
 TURNS = 2  # so often must two kinds of grids have taken turns
 BAD = 15  # frames without one good status before that is named
@@ -101,6 +102,8 @@ class Doubts:
     def of_statuses(self, codes: list[int]) -> str:
         """What is wrong with a frame's statuses as printed; empty: nothing."""
         how, seen = self._how, set(codes) - {NO_TARGET}
+        if len(codes) < FEWEST:
+            return ""  # of another kind of sensor, with codes of its own
         if seen.isdisjoint(how.valid) and 0 in seen and seen.isdisjoint(GOOD) and how.own_codes:
             return (
                 "its statuses are 0 and never 5 or 9; if 0 means valid, as in ST's Cube examples, "

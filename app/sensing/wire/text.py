@@ -30,7 +30,10 @@ class Lines:
             data = data.lstrip(b"\r")
             if self._returned and data:
                 data, self._returned = data.removeprefix(b"\n"), False
-        *whole, rest = END.split(data)
+        if b"\n" not in chunk and b"\r" not in chunk:
+            self._rest = data[: LONGEST + 1]
+            return []
+        *whole, rest = END.split(data) if b"\r" in data else data.split(b"\n")
         self._rest = rest[: LONGEST + 1]
         if whole and not rest:
             self._returned = not data.rstrip(b"\r").endswith(b"\n")
@@ -50,6 +53,8 @@ class Lines:
 
 def _without_escapes(line: str) -> list[str]:
     """What is seen of a line, `HOME` where the cursor goes home."""
+    if not TOP.search(line):
+        return [ESCAPE.sub("", line)]
     before, *parts = TOP.split(line)
     out = [ESCAPE.sub("", before)] if before or not parts else []
     for part in parts:
