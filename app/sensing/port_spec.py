@@ -12,8 +12,10 @@ stamp where its format has one; left away they are estimated, see `app.sensing.l
 
 import re
 from dataclasses import dataclass
+from pathlib import Path
 
 from app.errors import SensorError, options
+from app.paths import cut_path, entries
 from app.robot.skin import Skin
 from app.sensing.wire.detect import format_of
 from app.sensing.wire.raw import USUAL, Grid
@@ -47,7 +49,7 @@ class PortSpec:
 
 def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
     """Ports of the part after `serial:`; a `SensorError` names the entry and the remedy."""
-    specs = tuple(_one(entry.strip(), skin) for entry in text.split(","))
+    specs = tuple(_one(entry.strip(), skin) for entry in entries(text))
     names = [s.port for s in specs]
     for s in specs:
         if names.count(s.port) > 1:
@@ -64,7 +66,9 @@ def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
 
 
 def _one(entry: str, skin: Skin) -> PortSpec:
-    match = SPEC.fullmatch(entry)
+    port, rest = cut_path(entry, "@#=:")
+    match = SPEC.fullmatch("-" + rest) if Path(port).exists() else SPEC.fullmatch(entry)
+    port = port if match and match["port"] == "-" else match["port"] if match else ""
     if not match:
         raise SensorError(f"serial port {entry!r} is not understood; give {SYNTAX}")
     baud = int(match["baud"] or 0)
@@ -78,9 +82,7 @@ def _one(entry: str, skin: Skin) -> PortSpec:
     speaking = [skin.sensors[k] for k in sensors] or list(skin.sensors)
     grids = dict.fromkeys((*(s.type.grid for s in speaking), *USUAL))
     latency = None if match["latency"] is None else _seconds(match["latency"], entry)
-    return PortSpec(
-        match["port"], baud, match["format"] or "", sensors, tuple(grids), latency, meant
-    )
+    return PortSpec(port, baud, match["format"] or "", sensors, tuple(grids), latency, meant)
 
 
 def _seconds(text: str, entry: str) -> float:
