@@ -67,7 +67,7 @@ def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
 
 def _one(entry: str, skin: Skin) -> PortSpec:
     port, rest = cut_path(entry, "@#=:")
-    match = SPEC.fullmatch("-" + rest) if Path(port).exists() else SPEC.fullmatch(entry)
+    match = SPEC.fullmatch("-" + rest) if port and Path(port).exists() else SPEC.fullmatch(entry)
     port = port if match and match["port"] == "-" else match["port"] if match else ""
     if not match:
         raise SensorError(f"serial port {entry!r} is not understood; give {SYNTAX}")
