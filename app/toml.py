@@ -11,6 +11,7 @@ from msgspec import Meta
 
 from app import toml_words
 from app.errors import FlinchError
+from app.text_file import as_text
 
 T = TypeVar("T")
 Name = Annotated[str, Meta(min_length=1)]
@@ -37,7 +38,7 @@ def read_toml(path: Path, kind: type[T], error: type[FlinchError], where: str = 
     except OSError as e:
         raise error(f"{path}: cannot be read ({e.strerror}); give another file") from e
     try:
-        raw = tomllib.loads(content.decode())
+        raw = tomllib.loads(as_text(path, content, error))
     except ValueError as e:  # also one that is no UTF-8
         raise error(f"{path}: not valid TOML ({e}); mend that line") from e
     value: T = checked(raw, kind, where or str(path), error)

@@ -224,7 +224,8 @@ def test_one_of_several_sensors_has_to_be_named(tmp_path, robot, skin):
 
 
 def test_bytes_without_a_name_can_be_given_to_a_sensor_later(tmp_path, robot, skin):
-    path = write(tmp_path / "a.mcap", said([raw(distance=700)] * 4, encode=lines.encode))
+    reads = said([raw(distance=700)] * 4, encode=lines.encode)
+    path = write(tmp_path / "a.mcap", reads, f"{BOARD}#lines")
     assert replayed(path, robot, skin) == []  # its format names no sensor
     frames = replayed(path, robot, skin, "ring3-01")
     assert {f.sensor for f in frames} == {20} and frames[0].distance[0] == pytest.approx(0.7)

@@ -14,7 +14,7 @@ from app.sensing.latency import ESTIMATED, TOLD, latency, latency_words, with_st
 from app.sensing.open_ports import open_skin
 from app.sensing.port_spec import PortSpec, parse_ports
 from app.sensing.serial_skin import SerialSkin
-from app.sensing.wire import binary, f_line, lines, table
+from app.sensing.wire import binary, f_line, lines
 from app.sensing.wire.detect import FORMATS
 from app.setup import Setup
 from app.timing import WallClock
@@ -56,9 +56,9 @@ def test_usual_number_lines_at_115200_baud_are_40_ms_late(skin):
     assert latency(PortSpec("/dev/ttyACM0"), kind, False, size, 115_200) == 0.010
 
 
-@pytest.mark.parametrize("encode", [lines.encode, table.encode])
-def test_the_size_of_a_frame_is_counted_on_the_line_and_not_guessed(encode):
-    port, sent = HandPort(), encode(raw(distance=1234))
+@pytest.mark.parametrize("name", ["lines", "table"])
+def test_the_size_of_a_frame_is_counted_on_the_line_and_not_guessed(name):
+    port, sent = HandPort(format_name=name), FORMATS[name].encode(raw(distance=1234))
     stuff = b"joined in the middle\n" * 40 + sent * 12
     for start in range(0, len(stuff), 97):
         port.hear(stuff[start : start + 97], 0.0)

@@ -12,7 +12,7 @@ from app.errors import SensorError
 from app.sensing.open_ports import open_skin
 from app.sensing.port import Port
 from app.sensing.port_spec import PortSpec
-from app.sensing.wire import binary, lines
+from app.sensing.wire import binary, f_line
 from app.timing import WallClock
 from app.virtual.skin.pty_port import PtyPort
 from tests.ports import raw
@@ -89,9 +89,9 @@ def test_a_port_that_is_unplugged_and_plugged_again_goes_on_by_itself(tmp_path):
         with PtyPort(link) as board:
             wait_for(lambda: port.facts().open)
             assert port.facts().format == ""  # another board may hang on it now
-            board.write(b"\n" + lines.encode(raw(distance=700)))
+            board.write(b"\n" + f_line.encode(raw(distance=700)))
             (arrival,) = taken(port, 1)
-            assert port.facts().format == "lines" and (arrival.frame.distance == 700).all()
+            assert port.facts().format == "f" and (arrival.frame.distance == 700).all()
     finally:
         port.close()
 

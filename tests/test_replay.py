@@ -60,7 +60,7 @@ def test_a_file_that_is_missing_or_binary_is_refused(tmp_path):
     with pytest.raises(SensorError, match="cannot be read"):
         read_recording(tmp_path / "none.csv")
     (tmp_path / "b.csv").write_bytes(bytes(range(256)))
-    with pytest.raises(SensorError, match="is not text"):
+    with pytest.raises(SensorError, match="is binary, not UTF-8 text"):
         read_recording(tmp_path / "b.csv")
 
 

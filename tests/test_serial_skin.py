@@ -254,7 +254,7 @@ def test_a_board_that_does_not_fit_the_layout_is_a_misfit(cell, frame, says):
 
 def test_a_format_that_names_no_sensor_needs_one(skin, robot):
     posture, sent = robot.posture(robot.home), b"\n" + lines.encode(raw(distance=700))
-    port = HandPort()
+    port = HandPort(format_name="lines")
     anonymous = SerialSkin(skin, [port], [PortSpec(port.name)])
     port.hear(sent, 0.0)
     assert anonymous.poll(0.0, posture) == []

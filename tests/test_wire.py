@@ -96,7 +96,8 @@ def st_table(rows, signal=False):
 @pytest.mark.parametrize("stream", [SPARKFUN, COMMAS, ONE_LINE], ids=["tabs", "commas", "DATA"])
 @pytest.mark.parametrize("size", [1, 2, 7, 64, 10_000])
 def test_number_lines_are_read_mirrored_and_not_at_any_chunking(stream, size):
-    for decoder, turned in ((lines.NumberLines(), False), (lines.NumberLines(False), True)):
+    for name, turned in (("lines", False), ("lines-plain", True)):
+        decoder = FORMATS[name].decoder()
         got = [f for i in range(0, len(stream), size) for f in decoder.feed(stream[i : i + size])]
         assert len(got) == 1 and got[0].sensor is None and got[0].grid == (8, 8)
         expected = np.array(PRINTED).ravel() if turned else RISING
@@ -105,7 +106,7 @@ def test_number_lines_are_read_mirrored_and_not_at_any_chunking(stream, size):
 
 
 def test_number_lines_of_4x4_fill_the_first_sixteen_zones():
-    (frame,) = lines.NumberLines().feed(FOUR + b"\n")
+    (frame,) = FORMATS["lines"].decoder().feed(FOUR + b"\n")
     assert frame.grid == (4, 4) and frame.distance.tolist() == RISING[:16]
     assert (frame.status[16:] == 255).all()
 
@@ -113,7 +114,7 @@ def test_number_lines_of_4x4_fill_the_first_sixteen_zones():
 def test_without_a_status_only_distances_between_0_and_4_m_are_valid():
     values = [0, -5, 1, 3999, 4000, *[500] * 59]
     stream = b"\n" + ",".join(map(str, values)).encode() + b"\n"
-    (frame,) = lines.NumberLines(mirrored=False).feed(stream)
+    (frame,) = FORMATS["lines-plain"].decoder().feed(stream)
     assert frame.status[:6].tolist() == [255, 255, 5, 5, 255, 5]
 
 
@@ -129,7 +130,7 @@ def test_a_damaged_block_of_number_lines_is_dropped_and_the_next_one_read(damage
         "too large": rows[4].replace(b"480", b"40000"),
     }[damage]
     assert bad[4] != rows[4]
-    decoder = lines.NumberLines()
+    decoder = FORMATS["lines"].decoder()
     assert decoder.feed(b"\r\n" + b"".join(bad) + b"\r\n") == []
     assert decoder.refused
     (frame,) = decoder.feed(b"".join(rows) + b"\r\n")
@@ -142,7 +143,8 @@ def test_the_makers_table_is_read_mirrored_and_not_at_any_chunking(signal, size)
     rows = [[(d, 9 if d == 480 else 5) for d in row] for row in PRINTED]
     rows[0][7] = None  # printed last, so mirrored it is zone 0
     stream = st_table(rows, signal) * 2
-    for decoder, turned in ((table.RangingTable(), False), (table.RangingTable(False), True)):
+    for name, turned in (("table", False), ("table-plain", True)):
+        decoder = FORMATS[name].decoder()
         got = [f for i in range(0, len(stream), size) for f in decoder.feed(stream[i : i + size])]
         assert len(got) == 2 and not decoder.refused
         expected = np.array(PRINTED).ravel() if turned else np.array(RISING)
@@ -156,7 +158,7 @@ def test_the_makers_table_is_read_mirrored_and_not_at_any_chunking(signal, size)
 
 def test_the_table_of_4x4_is_read():
     rows = [[(100 + 10 * (4 * r + 3 - c), 5) for c in range(4)] for r in range(4)]
-    (frame,) = table.RangingTable().feed(st_table(rows))
+    (frame,) = FORMATS["table"].decoder().feed(st_table(rows))
     assert frame.grid == (4, 4) and frame.distance.tolist() == RISING[:16]
 
 
@@ -164,7 +166,7 @@ def test_a_table_with_a_lost_row_or_cell_is_dropped_and_the_next_one_read():
     stream = st_table([[(d, 5) for d in row] for row in PRINTED])
     row = cell(480, 5).encode()
     for bad in (stream.replace(row, b""), stream.replace(row, row[:-9]), stream[1500:]):
-        decoder = table.RangingTable()
+        decoder = FORMATS["table"].decoder()
         (frame,) = decoder.feed(b"\n" + bad + stream)
         assert frame.distance.tolist() == RISING
 
@@ -272,7 +274,7 @@ def test_the_f_line_carries_all_but_the_temperature(sent, cuts):
 
 @given(frames(), st.booleans(), shares)
 def test_what_the_table_prints_is_read_back(sent, mirrored, cuts):
-    decoder = table.RangingTable(mirrored)
+    decoder = FORMATS["table" if mirrored else "table-plain"].decoder()
     stream = table.encode(sent, mirrored)
     (got,) = (f for chunk in cut(stream, cuts) for f in decoder.feed(chunk))
     seen = sent.status != 255
@@ -291,7 +293,7 @@ def on_one_line(frame: RawFrame, mirrored: bool) -> bytes:
 def test_what_number_lines_print_is_read_back(sent, mirrored, one_line, cuts):
     sent = replace(sent, distance=np.clip(sent.distance, -4000, 3999).astype(np.int16))
     encode = on_one_line if one_line else lines.encode
-    decoder = lines.NumberLines(mirrored)
+    decoder = FORMATS["lines" if mirrored else "lines-plain"].decoder()
     stream = b"\n" + encode(sent, mirrored)
     (got,) = (f for chunk in cut(stream, cuts) for f in decoder.feed(chunk))
     valid = (sent.status != 255) & (sent.distance > 0)
@@ -352,14 +354,15 @@ def test_what_a_decoder_keeps_is_bounded(chunk, repeats):
 def held(decoder):
     """Bytes, characters and numbers that a decoder keeps."""
     kept = getattr(decoder, "_rest", b"") + getattr(getattr(decoder, "_lines", None), "_rest", b"")
-    block = getattr(decoder, "_block", []) + getattr(decoder, "_rows", [])
-    return len(kept) + sum(map(len, block))
+    block = getattr(decoder, "_block", [])
+    rows = block.rows + block.codes if hasattr(block, "rows") else block
+    return len(kept) + sum(map(len, rows))
 
 
 # --- which format speaks ------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["binary", "f", "table", "lines"])
+@pytest.mark.parametrize("name", ["binary", "f", "table", "uld"])
 @pytest.mark.parametrize("begin", [0, 1, 100])
 def test_the_format_is_found_from_the_middle_of_a_stream(name, begin):
     stream = format_of(name).encode(raw()) * 3

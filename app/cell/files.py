@@ -37,6 +37,7 @@ from app.cell.parts import LEARNED, Box, Cell, HalfSpace
 from app.errors import ConfigError
 from app.messages import Array, freeze
 from app.poses import pose
+from app.text_file import as_text
 from app.toml import Name, Positive, Table, Vector, read_toml
 
 Index = Annotated[int, Meta(ge=-FAR, le=FAR)]
@@ -147,7 +148,8 @@ def _above(path: Path) -> bytes:
     headers = list(HEADER.finditer(content))
     cut = headers[-1].start() if headers else len(content)
     try:
-        above, below = (tomllib.loads(part.decode()) for part in (content[:cut], content[cut:]))
+        above = tomllib.loads(as_text(path, content[:cut], ConfigError))
+        below = tomllib.loads(content[cut:].decode())
     except ValueError as e:  # also one that is no UTF-8
         raise ConfigError(f"{path}: not valid TOML ({e}); mend that line") from e
     if KEY in above or set(below) - {KEY}:

@@ -15,6 +15,7 @@ from app.checks.skin_port import record_port
 from app.choices import build_robot_and_skin
 from app.errors import SensorError
 from app.messages import Array
+from app.paths import path_and_name
 from app.report import Check, Report
 from app.robot.sensor_type import PERPENDICULAR, RADIAL
 from app.robot.skin import Sensor, Skin, zone_centres
@@ -34,7 +35,7 @@ def skin_check(setup: Setup, what: str, recording: str = "simulated") -> Report:
     """`what`: 'wall' or 'hand'; recording: 'simulated', PATH[@SENSOR] or serial:PORT=SENSOR."""
     robot, skin = build_robot_and_skin(setup)
     port = recording.removeprefix("serial:")
-    name = recording.partition("@")[2] if port == recording else ""
+    name = path_and_name(recording)[1] if port == recording else ""
     k = skin.index(name) if name else 15 % skin.count
     words = ""
     if port != recording:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from app.choices import build_robot, choose_skin
 from app.errors import SensorError, options
 from app.messages import Array, SensorFrame
+from app.paths import path_and_name
 from app.record.reader import FileRecording, open_recording
 from app.record.recording import Recording
 from app.robot.posture import Posture
@@ -24,7 +25,7 @@ from app.setup import Setup
 def recorded_skin(setup: Setup, skin: Skin) -> "RecordedSkin | None":
     """What `replay:FILE[@SENSOR]` names, if that is a recorded run; None where it is not."""
     kind, _, what = setup.sensors.partition("+simulated")[0].partition(":")
-    name, _, sensor = what.partition("@")
+    name, sensor = path_and_name(what)
     if kind != "replay" or not is_run(Path(name)):
         return None
     recording = open_recording(Path(name))

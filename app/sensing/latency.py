@@ -18,7 +18,7 @@ from app.messages import freeze
 from app.robot.sensor_type import SensorType
 from app.robot.skin import Skin
 from app.sensing.port_spec import PortSpec
-from app.sensing.wire.detect import FORMATS
+from app.sensing.wire.detect import format_of
 
 BITS = 10  # of a byte on the line
 NO_LINE = "/dev/ttyACM"  # boards with USB of their own: their speed is a name, nothing is slow
@@ -57,7 +57,10 @@ def latency_words(spec: PortSpec, seconds: float, late: float) -> str:
 def clockless(spec: PortSpec) -> bool:
     """May what a port says be without a clock? Such formats name no sensor either, so where the
     format is not known yet, a port that is given no sensor, or several, has one."""
-    return not FORMATS[spec.format].named if spec.format else len(spec.sensors) == 1
+    if not spec.format:
+        return len(spec.sensors) == 1
+    told = format_of(spec.format)
+    return not told.named or bool(told.sensors)
 
 
 def with_stamp_doubt(skin: Skin, specs: Sequence[PortSpec]) -> Skin:

@@ -56,7 +56,10 @@ def _find(spec: PortSpec, skin: Skin, clock: Clock, names: Sequence[str]) -> Ser
         for port in ports:
             port.receive()
     speaking = [p for p in ports if p.facts().frames]
+    why = [f"{p.name}: {p.facts().trouble}" for p in ports if p.facts().trouble]
     _close([p for p in ports if p not in speaking])
+    if not speaking and why:
+        raise SensorError(f"no skin found on a USB serial port: {'; '.join(why)}")
     if not speaking:
         tried = f"none of {', '.join(names)} speaks a known format" if names else "there is none"
         raise SensorError(f"no skin found on a USB serial port: {tried}; name one as serial:PORT")

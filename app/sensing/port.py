@@ -21,7 +21,7 @@ import serial
 from app.errors import SensorError
 from app.sensing.port_spec import PortSpec
 from app.sensing.stream import Arrival, Stream
-from app.sensing.wire.detect import FORMATS
+from app.sensing.wire.detect import format_of
 from app.timing import Clock
 
 log = logging.getLogger(__name__)
@@ -46,6 +46,7 @@ class PortFacts:
     error:  why it is not open, or why its reader has died.
     busy:   processor time of the reader [s].
     baud:   the speed at which it is read.
+    trouble: why what comes is not taken, or not understood.   rate: of its frames [Hz], 0 unknown.
     """
 
     open: bool
@@ -60,6 +61,8 @@ class PortFacts:
     busy: float = 0.0
     restarts: int = 0
     baud: int = 0
+    trouble: str = ""
+    rate: float = 0.0
 
 
 class Port:
@@ -103,7 +106,7 @@ class Port:
         return PortFacts(
             self._open, s.format, self._heard, self._spoke, s.frames, s.damaged, s.lost,
             s.drift, self._error, self._busy, s.restarts,
-            self._bauds[self._baud % len(self._bauds)],
+            self._bauds[self._baud % len(self._bauds)], s.trouble, s.rate,
         )  # fmt: skip
 
     def close(self) -> None:
@@ -139,7 +142,8 @@ class Port:
             if chunk:
                 self._heard = now = self._clock.now()
                 decoded = not self._mailbox
-                if decoded and now > tried + TRIAL and not self._stream.frames:
+                known = self._stream.frames or self._stream.trouble
+                if decoded and now > tried + TRIAL and not known:
                     # bytes but no frame: perhaps it speaks at another speed
                     device.baudrate = self._next_baud()
                     _wait_in_kernel(line)
@@ -201,7 +205,7 @@ def _hung_up(line: int) -> bool:
 
 def _likely(format_name: str) -> tuple[int, ...]:
     """Speeds to try, the format's usual one first."""
-    usual = FORMATS[format_name].baud if format_name else BAUDS[0]
+    usual = format_of(format_name).baud if format_name else BAUDS[0]
     return (usual, *(b for b in BAUDS if b != usual))
 
 

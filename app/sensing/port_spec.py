@@ -2,6 +2,7 @@
 
     PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]       several of them separated by commas
 
+FORMAT is a name, or a file that describes what a sketch prints (`mine.toml`).
 PORT is a device, or `auto` for every USB port that speaks a known format.
 SENSORS is a sensor's name, or a ring's for all of its sensors. A port whose format names no
 sensor needs one; for one whose format does, it is a promise that is held against its frames.
@@ -11,15 +12,17 @@ stamp where its format has one; left away they are estimated, see `app.sensing.l
 
 import re
 from dataclasses import dataclass
+from pathlib import Path
 
 from app.errors import SensorError, options
+from app.paths import cut_path, entries
 from app.robot.skin import Skin
 from app.sensing.wire.detect import format_of
 from app.sensing.wire.raw import USUAL, Grid
 
 SYNTAX = "PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]"
 SPEC = re.compile(
-    r"(?P<port>[^=]+?)(?:@(?P<baud>\d+))?(?:#(?P<format>[\w-]*))?(?:=(?P<names>.*?))?"
+    r"(?P<port>[^=]+?)(?:@(?P<baud>\d+))?(?:#(?P<format>[^=#]*?))?(?:=(?P<names>.*?))?"
     r"(?::latency_ms=(?P<latency>.*))?"
 )
 SLOWEST, FASTEST = 9600, 12_000_000  # [baud]
@@ -32,6 +35,7 @@ class PortSpec:
 
     grids: of zones that its sensors have, the likeliest first.
     latency: [s] as given; None: it is estimated.
+    meant: sensors that the format's own numbers mean; empty: the layout's numbers.
     """
 
     port: str
@@ -40,11 +44,12 @@ class PortSpec:
     sensors: tuple[int, ...] = ()
     grids: tuple[Grid, ...] = USUAL
     latency: float | None = None
+    meant: tuple[int, ...] = ()
 
 
 def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
     """Ports of the part after `serial:`; a `SensorError` names the entry and the remedy."""
-    specs = tuple(_one(entry.strip(), skin) for entry in text.split(","))
+    specs = tuple(_one(entry.strip(), skin) for entry in entries(text))
     names = [s.port for s in specs]
     for s in specs:
         if names.count(s.port) > 1:
@@ -61,7 +66,9 @@ def parse_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
 
 
 def _one(entry: str, skin: Skin) -> PortSpec:
-    match = SPEC.fullmatch(entry)
+    port, rest = cut_path(entry, "@#=:")
+    match = SPEC.fullmatch("-" + rest) if port and Path(port).exists() else SPEC.fullmatch(entry)
+    port = port if match and match["port"] == "-" else match["port"] if match else ""
     if not match:
         raise SensorError(f"serial port {entry!r} is not understood; give {SYNTAX}")
     baud = int(match["baud"] or 0)
@@ -69,13 +76,13 @@ def _one(entry: str, skin: Skin) -> PortSpec:
         raise SensorError(
             f"serial port {entry!r}: {baud} baud; give {SLOWEST} to {FASTEST}, or leave it out"
         )
-    if match["format"] is not None:
-        format_of(match["format"])
-    sensors = () if match["names"] is None else named_sensors(match["names"], skin)
+    told = () if match["format"] is None else format_of(match["format"]).sensors
+    meant = tuple(named_sensors(name, skin)[0] for name in told)
+    sensors = meant if match["names"] is None else named_sensors(match["names"], skin)
     speaking = [skin.sensors[k] for k in sensors] or list(skin.sensors)
     grids = dict.fromkeys((*(s.type.grid for s in speaking), *USUAL))
     latency = None if match["latency"] is None else _seconds(match["latency"], entry)
-    return PortSpec(match["port"], baud, match["format"] or "", sensors, tuple(grids), latency)
+    return PortSpec(port, baud, match["format"] or "", sensors, tuple(grids), latency, meant)
 
 
 def _seconds(text: str, entry: str) -> float:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 
 from app.sensing.port import PortFacts
+from app.sensing.rate import slow_words
 
 NOISY_SHARE = 0.02  # of what came lately: more damage is worth a word
 FORGET = 0.01  # weight of the newest frame in that share
@@ -21,6 +22,7 @@ class PortState(StrEnum):
     SWAPPED = "swapped"  # speaks for sensors that another port should
     CONFLICT = "conflict"  # speaks for sensors that another port speaks for as well
     MISFIT = "misfit"  # speaks for a sensor that the layout does not have, or not so
+    UNCLEAR = "unclear"  # what it prints cannot be right as its format says
     UNASSIGNED = "unassigned"  # its format names no sensor, and nobody has named one
     LOST = "lost"  # unplugged
 
@@ -62,6 +64,8 @@ class PortWatch:
             return PortState.LOST
         if self.refusal is not None and now - self.refused_at <= silence:
             return self.refusal
+        if facts.trouble and facts.format and now - facts.heard <= silence:
+            return PortState.UNCLEAR
         quiet = now - max(facts.spoke, since) > silence
         bytes_come = now - facts.heard <= silence
         if facts.frames == 0:
@@ -77,13 +81,17 @@ def words(name: str, state: PortState, facts: PortFacts, watch: PortWatch, now: 
         case PortState.LOST:
             return f"port {name} is lost ({facts.error})"
         case PortState.SILENT:
-            return f"port {name} is silent for {now - facts.spoke:.1f} s"
+            slow = slow_words(facts.rate)
+            return f"port {name} is silent for {now - facts.spoke:.1f} s{slow and '; '}{slow}"
         case PortState.GARBLED:
             return f"port {name} is garbled: no whole frame for {now - facts.spoke:.1f} s"
         case PortState.WAITING:
             return f"port {name} has not said anything yet"
         case PortState.UNKNOWN:
-            return f"port {name} speaks no known format; check its speed and its program"
+            why = facts.trouble or "check its speed and its program"
+            return f"port {name} speaks no known format; {why}"
+        case PortState.UNCLEAR:
+            return f"port {name} is unclear: {facts.trouble}"
     return f"port {name}: {watch.because or state.value}"
 
 

@@ -16,6 +16,7 @@ from app.messages import Array, SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Sensor, Skin
 from app.sensing.source import Unfailing
+from app.text_file import as_text
 
 GRIDS = ((8, 8), (4, 4))  # that such files have, the usual one first
 NAME = "state_ToF.csv"
@@ -134,7 +135,7 @@ def check_grid(recording: Recording, sensor: Sensor) -> None:
 def _lines(file: Path) -> list[str]:
     """The lines of a file, without empty ones at its end."""
     try:
-        lines = file.read_text(encoding="ascii").splitlines()
+        lines = as_text(file, file.read_bytes(), SensorError).splitlines()
     except OSError as e:
         raise SensorError(f"{file}: cannot be read ({e.strerror}); give a recording") from e
     except UnicodeDecodeError as e:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from app.errors import SensorError, options
 from app.messages import Array, SensorFrame
+from app.paths import entries, path_and_name
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 from app.sensing.captured import MAGIC, CapturedSkin, is_capture, read_capture
@@ -46,13 +47,13 @@ class SeveralReplays(Unfailing):
 
 def open_replay(text: str, skin: Skin) -> Replay | SeveralReplays | CapturedSkin:
     """What `text`, the part after `replay:`, names; a `SensorError` names the entry."""
-    entries = [entry.strip() for entry in text.split(",")]
-    if len(entries) == 1:
-        path, _, sensor = entries[0].partition("@")
+    parts_given = entries(text)
+    if len(parts_given) == 1:
+        path, sensor = path_and_name(parts_given[0])
         if is_capture(Path(path)):
             capture = read_capture(Path(path))
             return CapturedSkin(capture, skin, capture.specs(skin, sensor))
-    parts = [part for entry in entries for part in _parts(entry, skin)]
+    parts = [part for entry in parts_given for part in _parts(entry, skin)]
     sensors = [k for _, k, _ in parts]
     for k in sensors:
         if sensors.count(k) > 1:
@@ -65,7 +66,7 @@ def open_replay(text: str, skin: Skin) -> Replay | SeveralReplays | CapturedSkin
 
 def captured_ports(text: str, skin: Skin) -> tuple[PortSpec, ...]:
     """The ports of a capture that `text`, the part after `replay:`, names; none of another file."""
-    path, _, sensor = text.partition("@")
+    path, sensor = path_and_name(text)
     return read_capture(Path(path)).specs(skin, sensor) if is_capture(Path(path)) else ()
 
 
@@ -83,7 +84,7 @@ def recorded(text: str, skin: Skin, posture: Posture, k: int = 0) -> Reports:
 
     k: the sensor that is meant where none is named; of a capture, the only one in it.
     """
-    path, _, name = text.partition("@")
+    path, name = path_and_name(text)
     if not is_capture(Path(path)):
         r = read_recording(_no_run(Path(path)))
         k = skin.index(name) if name else k
@@ -118,7 +119,7 @@ def play_through(source: CapturedSkin, posture: Posture) -> Iterator[SensorFrame
 
 def _parts(entry: str, skin: Skin) -> list[tuple[Recording, int, float]]:
     """Recordings of an entry, their sensors, and when each begins [s]."""
-    path, _, sensor = entry.partition("@")
+    path, sensor = path_and_name(entry)
     folder = _no_run(Path(path))
     names = [s.name for s in skin.sensors]
     if sensor or not folder.is_dir() or (folder / NAME).is_file():

@@ -18,8 +18,9 @@ from app.sensing.latency import latency, latency_words
 from app.sensing.port import PortFacts, Tap
 from app.sensing.port_spec import PortSpec
 from app.sensing.port_state import PortState, PortWatch, rate_words, words
+from app.sensing.rate import slow_words
 from app.sensing.stream import Arrival
-from app.sensing.wire.detect import FORMATS
+from app.sensing.wire.detect import format_of
 from app.sensing.wire.raw import NO_TARGET, RawFrame
 
 HANDOVER = 1.0  # [s] of silence after which another port may speak for a sensor
@@ -110,8 +111,9 @@ class SerialSkin:
             line = rate_words(facts, state, watch)
             if facts.format:
                 told = latency_words(self._specs[i], watch.latency, self._skin.late)
-                missing = "" if FORMATS[facts.format].status else STATELESS
-                line = " · ".join(part for part in (line, told, missing) if part)
+                missing = "" if format_of(facts.format).status else STATELESS
+                slow = slow_words(facts.rate)
+                line = " · ".join(part for part in (line, told, missing, slow) if part)
             out.append((port.name, line))
         return tuple(out)
 
@@ -134,7 +136,10 @@ class SerialSkin:
     def _accept(self, i: int, arrival: Arrival, now: float) -> SensorFrame | None:
         """The frame of a layout's sensor, or None with the port's refusal noted."""
         raw, watch = arrival.frame, self._watches[i]
-        k = self._sensor(i, raw.sensor, now)
+        given = raw.sensor
+        if given is not None and self._specs[i].meant:
+            given = self._specs[i].meant[given]
+        k = self._sensor(i, given, now)
         if k is None:
             return None
         sensor = self._skin.sensors[k]
@@ -144,7 +149,7 @@ class SerialSkin:
             watch.refuse(PortState.MISFIT, because, now)
             return None
         facts = self._ports[i].facts()
-        told = FORMATS[facts.format].status
+        told = format_of(facts.format).status
         status = _in_codes(raw, sensor.type) if told else _status(raw, sensor.type)
         watch.latency = latency(
             self._specs[i], sensor.type, raw.t_us is not None, arrival.size, facts.baud

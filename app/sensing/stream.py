@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from app.sensing.device_clock import DeviceClock
+from app.sensing.rate import Rate
 from app.sensing.wire.detect import Detector
 from app.sensing.wire.raw import USUAL, Grid, RawFrame
 
@@ -40,6 +41,7 @@ class Stream:
         self._detector = Detector(format_name, grids)
         self._clock = DeviceClock()
         self._sequence: dict[int, int] = {}
+        self._rate = Rate()
         self.restarts = 0
         self._heard = 0  # bytes since the first frame ended, or since the stream began
 
@@ -52,6 +54,16 @@ class Stream:
     def damaged(self) -> int:
         """How often something came that was no whole frame."""
         return self._detector.refused.total()
+
+    @property
+    def trouble(self) -> str:
+        """Why what comes cannot be right as it is read, or cannot be read; empty while it can."""
+        return self._rate.trouble or self._detector.trouble
+
+    @property
+    def rate(self) -> float:
+        """[Hz] of frames, of a format that names no sensor, lately; 0 while it is not known."""
+        return self._rate.hz
 
     @property
     def drift(self) -> float:
@@ -68,6 +80,8 @@ class Stream:
                 self.restarts = self._clock.restarts
                 self._sequence.clear()
             self._count(frame)
+            if frame.t_us is None and self._rate.count(frame, now):
+                continue
             arrivals.append(Arrival(frame, stamp, now, self._heard / max(self.frames - 1, 1)))
             if self.frames == 1:
                 self._heard = 0

@@ -12,6 +12,7 @@ import numpy as np
 
 from app.errors import WorldError
 from app.messages import Array
+from app.text_file import as_text
 
 MOVES = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 TURNS = {"Xrotation": 0, "Yrotation": 1, "Zrotation": 2}
@@ -45,7 +46,7 @@ class Skeleton:
 def load_bvh(path: Path) -> Skeleton:
     """The joints of a file over time; WorldError naming the line and the remedy."""
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = as_text(path, path.read_bytes(), WorldError)
     except (OSError, UnicodeDecodeError) as e:
         raise WorldError(f"clip {path}: cannot be read ({e}); give a BVH file") from e
     reader = _Reader(path, text)

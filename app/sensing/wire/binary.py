@@ -62,6 +62,7 @@ class Binary:
 
     def __init__(self) -> None:
         self.refused: Counter[str] = Counter()
+        self.trouble = ""
         self._rest = b""
 
     def feed(self, chunk: bytes) -> list[RawFrame]:

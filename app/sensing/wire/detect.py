@@ -1,12 +1,25 @@
-"""Which format speaks? Every decoder is fed; the first that yields a whole frame is the one."""
+"""Which format speaks? Every decoder is fed; the first that yields a whole frame is the one.
+
+Only formats that say all of themselves are tried. Numbers whose order nobody can see make no
+frame: `Detector.trouble` then says what came and which names there are.
+"""
 
 from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 from app.errors import SensorError, options
-from app.sensing.wire import binary, f_line, lines, table
+from app.sensing.wire import binary, f_line
+from app.sensing.wire.described import Print, Status
+from app.sensing.wire.described_file import read_print
+from app.sensing.wire.presets import PRESETS, Preset
+from app.sensing.wire.printed import rows
 from app.sensing.wire.raw import USUAL, Decoder, Grid, RawFrame
+from app.sensing.wire.reader import TextReader
+from app.sensing.wire.shape import Shape
+from app.sensing.wire.zone_lines import ZoneLines
 
 
 @dataclass(frozen=True, slots=True)
@@ -15,6 +28,7 @@ class Format:
 
     named:  its frames say which sensor they are of.
     status: its frames say how far each zone can be trusted.
+    sensors: names in the layout that its own numbers of sensors mean; empty: the layout's numbers.
     """
 
     make: Callable[[Sequence[Grid]], Decoder]
@@ -22,39 +36,50 @@ class Format:
     baud: int
     named: bool = False
     status: bool = True
+    sensors: tuple[str, ...] = ()
 
     def decoder(self, grids: Sequence[Grid] = USUAL) -> Decoder:
         """A decoder for sensors of these grids; a format that tells its grid reads any."""
         return self.make(grids)
 
 
+def _text(preset: Preset, sensors: tuple[str, ...] = ()) -> Format:
+    how = preset.how
+    kind = ZoneLines if how.zones else TextReader
+    told = how.status is not Status.NONE
+    return Format(
+        lambda grids: kind(how, grids), preset.encode, preset.baud, bool(sensors), told, sensors
+    )
+
+
 FORMATS = {
     "binary": Format(lambda _: binary.Binary(), binary.encode, 2_000_000, named=True),
     "f": Format(f_line.FLines, f_line.encode, 921_600, named=True),
-    "table": Format(lambda grids: table.RangingTable(True, grids), table.encode, 460_800),
-    "table-plain": Format(
-        lambda grids: table.RangingTable(False, grids),
-        lambda frame: table.encode(frame, mirrored=False),
-        460_800,
-    ),
-    "lines": Format(
-        lambda grids: lines.NumberLines(True, grids), lines.encode, 115_200, status=False
-    ),
-    "lines-plain": Format(
-        lambda grids: lines.NumberLines(False, grids),
-        lambda frame: lines.encode(frame, mirrored=False),
-        115_200,
-        status=False,
-    ),
+    **{name: _text(preset) for name, preset in PRESETS.items()},
 }
-TRIED = ("binary", "f", "table", "lines")  # a format's plain sister looks the same on the wire
+TRIED = ("binary", "f", "table", "uld")  # what can be told from the bytes alone
 
 
 def format_of(name: str) -> Format:
-    """A format by name; the error lists the names."""
+    """A format by name, or by the file that describes it; the error lists the names."""
+    if name.endswith(".toml"):
+        return _described(name)
     if name not in FORMATS:
-        raise SensorError(f"no format {name!r} of serial skins; {options(name, FORMATS)}")
+        known = options(name, FORMATS)
+        raise SensorError(f"no format {name!r} of serial skins; {known}, or a file FILE.toml")
     return FORMATS[name]
+
+
+@lru_cache(maxsize=32)
+def _described(name: str) -> Format:
+    """The format that a file describes; it is read once, so that a port that is plugged again
+    speaks as before."""
+    how, sensors = read_print(Path(name).expanduser())
+    return _text(Preset(how, _writer(how)), sensors)
+
+
+def _writer(how: Print) -> Callable[[RawFrame], bytes]:
+    return lambda frame: rows(how, frame)
 
 
 class Detector:
@@ -63,11 +88,18 @@ class Detector:
     def __init__(self, name: str = "", grids: Sequence[Grid] = USUAL) -> None:
         self.name = name
         self._decoders = {n: format_of(n).decoder(grids) for n in ([name] if name else TRIED)}
+        self._shape = None if name else Shape(grids)
 
     @property
     def refused(self) -> Counter[str]:
         """What the chosen decoder did not accept, by reason; nothing before one is chosen."""
         return self._decoders[self.name].refused if self.name else Counter()
+
+    @property
+    def trouble(self) -> str:
+        """Why what comes makes no frames, or may make none; empty while all is well."""
+        said = (d.trouble for d in self._decoders.values())
+        return next((t for t in said if t), self._shape.trouble if self._shape else "")
 
     def feed(self, chunk: bytes) -> list[RawFrame]:
         """Frames of the format that speaks."""
@@ -75,6 +107,8 @@ class Detector:
             frames = decoder.feed(chunk)
             if frames:
                 if not self.name:
-                    self.name, self._decoders = name, {name: decoder}
+                    self.name, self._decoders, self._shape = name, {name: decoder}, None
                 return frames
+        if self._shape:
+            self._shape.feed(chunk)
         return []

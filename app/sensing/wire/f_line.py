@@ -24,6 +24,7 @@ class FLines:
 
     def __init__(self, grids: Sequence[Grid] = USUAL) -> None:
         self.refused: Counter[str] = Counter()
+        self.trouble = ""
         self._grids = grids
         self._lines = Lines()
 
@@ -55,7 +56,7 @@ def parse(line: str, grids: Sequence[Grid] = USUAL) -> RawFrame | None:
         return None
     return RawFrame(
         sensor, sequence, t_us, grid,
-        zones(distance, grid, np.int16, False), zones(status, grid, np.uint8, False),
+        zones(distance, np.int16), zones(status, np.uint8),
     )  # fmt: skip
 
 

@@ -41,9 +41,11 @@ class Decoder(Protocol):
     """Chunks of bytes in, whole frames out.
 
     refused: how often something was not accepted, by reason; the reasons are few.
+    trouble: why what it reads cannot be right as it is described; empty while it can.
     """
 
     refused: Counter[str]
+    trouble: str
 
     def feed(self, chunk: bytes) -> list[RawFrame]:
         """Frames that are complete with this chunk; never raises."""
@@ -55,20 +57,10 @@ def grid_of(count: int, grids: Sequence[Grid]) -> Grid | None:
     return next((g for g in grids if g[0] * g[1] == count), None)
 
 
-def zones(values: Sequence[int], grid: Grid, dtype: type, mirrored: bool) -> NDArray[Any]:
-    """(n,) of `values`; `mirrored` turns each row's columns round.
-
-    Raises OverflowError where a value does not fit the type.
-    """
+def zones(values: Sequence[int], dtype: type) -> NDArray[Any]:
+    """(n,) of `values`. Raises OverflowError where one does not fit the type."""
     out: NDArray[Any] = np.array(values, dtype=dtype)
-    return freeze(out.reshape(grid)[:, ::-1].ravel() if mirrored else out)
-
-
-def without_status(values: Sequence[int], grid: Grid, mirrored: bool) -> RawFrame:
-    """A frame of bare distances: 0 < d < 4000 mm counts as valid, all else as no target."""
-    distance = zones(values, grid, np.int16, mirrored)
-    status = np.where((distance > 0) & (distance < FARTHEST), VALID, NO_TARGET).astype(np.uint8)
-    return RawFrame(None, None, None, grid, distance, freeze(status))
+    return freeze(out)
 
 
 def rows(frame: RawFrame, mirrored: bool) -> tuple[NDArray[np.int16], NDArray[np.uint8]]:
