@@ -16,7 +16,7 @@ def test_a_condition_is_a_controller_a_side_and_what_is_changed():
     assert (right.name, right.mode, right.side) == ("SR", "sm", "right")
     assert read_condition("paperL").params().memory is False
     assert read_condition("WB", sides=False).side == ""
-    assert read_condition("QPL+program:car-door-any-order").program == "car-door-any-order"
+    assert read_condition("QPL+program:door-screws").program == "door-screws"
     alone = read_condition("QP alone")
     assert alone.alone and alone.mode == "qp" and alone.side == ""
     much = read_condition("QPL-memory-speed+dead:3+set:distance_kept=0.2+skin:forearm")

@@ -60,43 +60,6 @@ def test_a_path_is_straight_turns_about_one_axis_and_keeps_both_speeds():
     assert np.allclose(path.pose(2.0), b) and np.allclose(path.pose(-1.0), a)
 
 
-THIRD = """
-[[waypoint]]
-name = "between"
-position_m = [0.6, 0.10, 0.55]
-rpy_deg = [-90.0, 0.0, -90.0]
-"""
-
-
-@pytest.mark.parametrize("loop", [False, True])
-def test_a_blocked_waypoint_is_left_for_later_where_any_order_will_do(tmp_path, loop):
-    file = tmp_path / "three.toml"
-    more = f"any_order = true\nloop = {str(loop).lower()}"
-    file.write_text(TOML.format(more=more) + THIRD)
-    run = ProgramRun(load_program(file), pose([0.6, 0.17, 0.65], [-90, 0, -90]))
-    stuck = pose([0.6, 0.17, 0.65], [-90, 0, -90])
-    follow(run, stuck, 4.0, gain=0.0)
-    assert "far" in run.words and run.reached == 0  # of the others the one that is farthest away
-    order, T = [], stuck
-    while not run.done and run.reached < 4:
-        at, before = run.words.split()[2], run.reached
-        T = follow(run, T, 0.01)
-        order += [at.rstrip(",")] if run.reached > before else []
-    # the other first, then what is left, in the order of the program; a loop begins anew
-    assert order[:3] == ["far", "between", "near"] and run.done is not loop
-
-
-def test_a_blocked_waypoint_is_waited_for_where_order_matters_or_nothing_else_is_left(tmp_path):
-    stuck = pose([0.6, 0.17, 0.65], [-90, 0, -90])
-    run = ProgramRun(program(tmp_path), stuck)
-    follow(run, stuck, 20.0, gain=0.0)
-    assert "1/2 near" in run.words
-    last = ProgramRun(program(tmp_path, "any_order = true"), pose([0.6, 0.3, 0.55], [-90, 0, -90]))
-    T = follow(last, last.update(np.eye(4), 0.0).T_base_tool, 0.9)
-    follow(last, T, 20.0, gain=0.0)
-    assert "2/2 far" in last.words and last.reached == 1
-
-
 def test_waypoints_are_reached_in_order_with_their_dwell_and_the_program_ends(tmp_path):
     run = ProgramRun(program(tmp_path), pose([0.6, 0.3, 0.55], [-90, 0, -90]))
     assert "1/2 near" in run.words

@@ -2,9 +2,6 @@
 
 The goal runs ahead of the tool on the straight line to the next waypoint and waits when the
 tool falls behind: an arm that had to give way comes back to the line where it left it.
-
-Where the waypoints may be done in any order, one that cannot be come nearer to for a while is left
-for later in the same round: the arm sets out for the one that is farthest from it.
 """
 
 from dataclasses import dataclass
@@ -24,8 +21,6 @@ from app.toml import Name, NotNegative, Positive, Table, Vector, read_toml
 
 LEASH = 0.15  # [m] the goal stands still when the tool is this far behind
 LEASH_TURN = 0.5  # [rad]
-PATIENCE = 2.0  # [s] without progress, then another waypoint comes first
-SLOW = 0.1  # of the pace, or less: no progress
 
 
 class WaypointTable(Table, frozen=True):
@@ -47,7 +42,6 @@ class ProgramTable(Table, frozen=True):
     speed_mps: Positive = 0.2
     turn_dps: Positive = 40.0
     loop: bool = False
-    any_order: bool = False
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -61,10 +55,7 @@ class Waypoint:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Program:
-    """Waypoints in order; a waypoint is reached within `reach` [m] and `reach_turn` [rad].
-
-    any_order: one that is blocked may be left for later.
-    """
+    """Waypoints in order; a waypoint is reached within `reach` [m] and `reach_turn` [rad]."""
 
     name: str
     title: str
@@ -74,7 +65,6 @@ class Program:
     speed: float
     turn_speed: float
     loop: bool
-    any_order: bool = False
 
 
 def find_program(name_or_path: str) -> Path:
@@ -95,7 +85,7 @@ def load_program(path: Path) -> Program:
     points = tuple(Waypoint(w.name, pose(w.position_m, w.rpy_deg), w.dwell_s) for w in t.waypoint)
     return Program(
         path.stem, t.title, points, t.reach_m, float(np.radians(t.reach_deg)),
-        t.speed_mps, float(np.radians(t.turn_dps)), t.loop, t.any_order,
+        t.speed_mps, float(np.radians(t.turn_dps)), t.loop,
     )  # fmt: skip
 
 
@@ -106,9 +96,8 @@ class ProgramRun:
         self.program = program
         self.reached = 0
         self.done = False
-        self._left = list(range(len(program.waypoints)))  # of this round
         self._index = 0
-        self._stay = self._waits = 0.0
+        self._stay = 0.0
         self._share = 0.0
         self._set_out(T_base_tool)
 
@@ -121,21 +110,17 @@ class ProgramRun:
 
     def update(self, T_base_tool: Array, dt: float) -> Goal:
         """The goal for the next `dt` [s], given where the tool is."""
-        if self.program.any_order and self._waits > PATIENCE:
-            self._put_off(T_base_tool)
         p, to = self.program, self.program.waypoints[self._index]
         if self._share < 1.0:
             behind, turn = goal_error(T_base_tool, self._path.pose(self._share))
             pace = max(0.0, 1.0 - max(behind / LEASH, turn / LEASH_TURN))
             step = dt / self._path.duration if self._path.duration > 0.0 else 1.0
             self._share = min(1.0, self._share + pace * step)
-            self._waits = self._waits + dt if pace < SLOW else 0.0
             return Goal(self._path.pose(self._share))
         error, angle = goal_error(T_base_tool, to.T_base_tool)
         # who is pushed away holds the place no longer, and begins anew when it is back
         there = error <= p.reach and angle <= p.reach_turn
         self._stay = self._stay + dt if there else 0.0
-        self._waits = 0.0 if there else self._waits + dt
         if self._stay > to.dwell and not self.done:
             self.reached += 1
             self._next()
@@ -143,30 +128,14 @@ class ProgramRun:
 
     def _next(self) -> None:
         here = self.program.waypoints[self._index].T_base_tool
-        self._left.remove(self._index)
-        if not self._left:
-            if not self.program.loop:
-                self._left, self.done = [self._index], True
-                return
-            self._left = list(range(len(self.program.waypoints)))
-        self._index = self._after(self._index)
+        last = self._index + 1 == len(self.program.waypoints)
+        if last and not self.program.loop:
+            self.done = True
+            return
+        self._index = (self._index + 1) % len(self.program.waypoints)
         self._set_out(here)
-
-    def _after(self, index: int) -> int:
-        """The next one that is left, in the program's order."""
-        return next((i for i in self._left if i > index), self._left[0])
-
-    def _put_off(self, T_base_tool: Array) -> None:
-        """Let another waypoint of this round come first, if there is one."""
-        self._waits = 0.0
-        at = [w.T_base_tool[:3, 3] for w in self.program.waypoints]
-        others = [i for i in self._left if i != self._index]
-        if others:
-            blocked = at[self._index]
-            self._index = max(others, key=lambda i: float(np.linalg.norm(at[i] - blocked)))
-            self._set_out(T_base_tool)
 
     def _set_out(self, T: Array) -> None:
         p, to = self.program, self.program.waypoints[self._index]
         self._path: StraightPath = straight_path(T, to.T_base_tool, p.speed, p.turn_speed)
-        self._share, self._stay, self._waits = 0.0, 0.0, 0.0
+        self._share, self._stay = 0.0, 0.0

@@ -133,8 +133,11 @@ def _strip(field: Any, strip: Strip) -> None:
             at = scale * strip.paper[name]
             field.plot(x + WIDE + 0.12, at, "D", mfc="white", mec=css(ALARM), mew=1.4, ms=6)
     field.set_title(strip.figure.title, fontsize="small", loc="left")
-    turned = 30 if max(map(len, names)) > 7 or len(names) > 5 else 0
-    field.set_xticks(range(len(names)), names, fontsize="small", rotation=turned)
+    # what is changed goes to lines of its own, or long names would lie over each other
+    words = [name.replace("+", "\n+").replace("@", "\n@") for name in names]
+    turned = max(map(len, names)) > 7 or len(names) > 5
+    more = {"rotation": 35, "ha": "right", "rotation_mode": "anchor"} if turned else {}
+    field.set_xticks(range(len(names)), words, fontsize="x-small" if turned else "small", **more)
     field.set_xlim(-0.6, len(names) - 0.3)
     field.grid(alpha=0.25, axis="y")
 
