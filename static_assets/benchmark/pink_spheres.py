@@ -49,8 +49,14 @@ class PinkSpheres:
             limits = [ConfigurationLimit(arm.model), VelocityLimit(arm.model, qd_max)]
             try:
                 return solve_ik(
-                    self.configuration, [self.task], arm.dt, "daqp", limits=limits,
-                    damping=1e-4, barriers=[barrier], safety_break=False,
+                    self.configuration,
+                    [self.task],
+                    arm.dt,
+                    "daqp",
+                    limits=limits,
+                    damping=1e-4,
+                    barriers=[barrier],
+                    safety_break=False,
                 )
             except NoSolutionFound:
                 continue
