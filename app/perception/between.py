@@ -5,7 +5,7 @@ distance somewhere between them when they are nearer to each other than the sens
 In the same way the edge of a box of the cell, met with little light, is told a little before it.
 So a kept zone is taken for the cell when
 
-- it is part of a thing that is nowhere two zones wide both ways, and
+- it sees a thing of no more than `FEW` zones: an arm or a post along the outline takes more, and
 - its ray goes on into the known cell within its own threshold; or within what the sensor tells
   apart, when the arm, or what may hang on it, is as little before the report.
 
@@ -26,11 +26,13 @@ from app.perception.hanging import Hanging
 from app.perception.placing import Lenses
 from app.perception.returns import Judgement
 from app.perception.static_filter import StaticFilter
+from app.perception.things import find_small
 from app.perception.uncertainty import views_aside
 from app.robot.posture import Posture
 from app.robot.skin import Skin
 
 BASE = 0  # the robot's first link
+FEW = 3  # zones that a mixture takes: along an outline its distance differs from zone to zone
 KEPT, STATIC = int(Verdict.KEPT), int(Verdict.STATIC)
 CORNERS = np.array([(0.0, 0.0), (1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)])
 MARGIN = 0.06  # [m] by which a known box is usually larger than what stands there
@@ -45,6 +47,7 @@ class Between:
     def __init__(self, skin: Skin, lenses: Lenses, hanging: Hanging) -> None:
         self._sensor_of, self._lenses, self._hanging = skin.sensor_of, lenses, hanging
         self._apart = np.array([s.type.separate_m for s in skin.sensors])[skin.sensor_of]
+        self._grid = skin.grid
         self._crossed = np.full(skin.slots, -1, dtype=np.int16)
         self._half = views_aside(skin) / np.sqrt(2.0)  # (K,) [rad] to a zone's side
 
@@ -99,6 +102,13 @@ class Between:
         edge = zones[met.any(axis=1) & ~full]
         k = self._sensor_of[edge]
         out[edge] = np.where(dirty[k], BASE, self._lenses.link[k])
+
+    def few(
+        self, sensors: NDArray[np.intp], asked: NDArray[np.bool_], distance: Array,
+        verdict: NDArray[np.uint8],
+    ) -> NDArray[np.bool_]:  # fmt: skip
+        """(S,) which of the `asked` zones (S,) of `sensors` (m,) see a thing of `FEW` zones."""
+        return np.asarray(_few(sensors, asked, distance, verdict, self._lenses.first, self._grid))
 
     def _chosen(
         self, sensors: NDArray[np.intp], asked: NDArray[np.bool_], verdict: NDArray[np.uint8]
@@ -194,3 +204,19 @@ def _spread(rays: Array, distance: Array, points: Array, half: Array) -> tuple[A
                 spread[5 * i + corner, a] = r[a] + aside
                 begin[5 * i + corner, a] = points[i, a] + distance[i] * aside + MARGIN * side
     return begin, spread
+
+
+@compiled
+def _few(
+    sensors: NDArray[np.intp], asked: NDArray[np.bool_], distance: Array,
+    verdict: NDArray[np.uint8], first: NDArray[np.int64], grid: NDArray[np.int64],
+) -> NDArray[np.bool_]:  # fmt: skip
+    """See `Between.few`."""
+    out = np.zeros(len(asked), dtype=np.bool_)
+    for k in sensors:
+        mine = slice(first[k], first[k + 1])
+        if asked[mine].any():
+            small = np.empty(first[k + 1] - first[k], dtype=np.bool_)
+            find_small(distance[mine], verdict[mine] == KEPT, FEW, grid[k], small)
+            out[mine] = asked[mine] & small
+    return out

@@ -160,8 +160,10 @@ class SkinCloud:
 
     def _doubt_mixtures(self, sensors: NDArray[np.intp], posture: Posture) -> None:
         """Take what is thin, with the known cell behind, for the cell."""
-        asked = self._windows.doubtful(sensors, self._reports.distance, self._judged)
+        z, judged = self._reports.distance, self._judged
+        asked = self._windows.doubtful(sensors, z, judged)
         if asked is not None:
+            asked = self._between.few(sensors, asked, z, judged.verdict)
             self._between.mark(
                 sensors, asked, self._points, posture, self._judged, self.static_filter
             )  # fmt: skip
@@ -172,7 +174,8 @@ class SkinCloud:
         thin = self._windows.doubtful(sensors, reports.distance, judged)
         drawn = None
         if thin is not None:
-            asked = thin.copy()  # those that surely have no body behind them are asked no further
+            # copied: those that surely have no body behind them are asked no further
+            asked = self._between.few(sensors, thin, reports.distance, judged.verdict)
             drawn = self._self_filter.drawn(sensors, thin, reports.distance, judged)
             self._hanging.behind(sensors, thin, self._points, posture, FARTHEST, drawn)
             self._between.behind(

@@ -105,3 +105,27 @@ def find_thin(
         thin[i] = kept[i] and not wide[i]
         count += thin[i]
     return count
+
+
+@compiled
+def find_small(
+    z: Array, kept: NDArray[np.bool_], most: int, grid: NDArray[np.int64], small: NDArray[np.bool_]
+) -> None:
+    """Write which kept zones (n,) see a thing that takes no more than `most` of them.
+
+    z, kept, grid: as in `grow`.
+    """
+    n = len(z)
+    seen, thing = np.zeros(n, dtype=np.bool_), np.zeros(n, dtype=np.bool_)
+    for i in range(n):
+        small[i] = False
+    for i in range(n):
+        if not kept[i] or seen[i]:
+            continue
+        for j in range(n):
+            thing[j] = j == i
+        grow(thing, z, kept, grid)
+        count = thing.sum()
+        for j in range(n):
+            if thing[j]:
+                seen[j], small[j] = True, count <= most
