@@ -39,7 +39,6 @@ def test_the_nearest_moments_are_found_but_where_it_began_and_those_of_the_oracl
 
 
 def test_the_page_links_what_lies_beside_it_and_nothing_else(tmp_path, monkeypatch):
-    pytest.importorskip("matplotlib")
     kept = tmp_path / "clips"
     kept.mkdir()
 

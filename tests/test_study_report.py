@@ -15,7 +15,6 @@ from app.studies.report.words import FIGURES, NOTHING, figure_of, in_words
 from app.studies.study import Study, tell
 from app.studies.trial import TrialResult
 
-pytest.importorskip("matplotlib")
 DRAWN = ("SL", "oracleL")
 CONDITIONS = ("SR", "SL", "WBR", "WBL", "QPL", "oracleL")
 FIGURES_OF_ALL = {

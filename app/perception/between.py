@@ -88,7 +88,7 @@ class Between:
 
         dirty: (K,) which windows are. Behind these it is enough that some ray meets the cell, for
         none knows how little of it is really in view; and it is written that it is of what always
-        stands, so that nothing thin is believed before it. Else it is of the sensor's link.
+        stands, so that nothing small is believed before it. Else it is of the sensor's link.
         """
         zones = self._chosen(sensors, asked & (out < 0), judged.verdict)
         if not len(zones):

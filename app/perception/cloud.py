@@ -159,7 +159,7 @@ class SkinCloud:
             self.background.count_points(points[kept], frames[-1].stamp)
 
     def _doubt_mixtures(self, sensors: NDArray[np.intp], posture: Posture) -> None:
-        """Take what is thin, with the known cell behind, for the cell."""
+        """Take what is small, with the known cell behind, for the cell."""
         z, judged = self._reports.distance, self._judged
         asked = self._windows.doubtful(sensors, z, judged)
         if asked is not None:

@@ -16,7 +16,7 @@ class Rules(NamedTuple):
     obstacle_speed: how fast things come nearer is measured.
     feels_contact:  what is nearer than a sensor can measure is at its lens.
     doubts_hoses:   what lies within the box round a link and nowhere else hangs on it.
-    doubts_mixtures: what is thin, before the known cell and at the arm's outline is both of them.
+    doubts_mixtures: what is small, before the known cell and at the arm's outline is both of them.
     doubts_windows: what is thin and before an outline of the body waits, behind a dirty window for
                     ever.
     """
