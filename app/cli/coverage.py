@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 from app.errors import ConfigError
 
@@ -29,7 +30,7 @@ class Coverage(WhichRobot):
     """How far sensors are counted on [m]; 0: as far as their type finds a grey target."""
     check: int = 0
     """Throw so many spheres before the simulated sensors, at the last posture, and compare."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the throws."""
     jobs: int = 1
     """Number of processes that look at postures."""
