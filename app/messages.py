@@ -313,6 +313,7 @@ class Snapshot:
     blind:       0..1 share of what the skin should see that it cannot tell of.
     unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
+    spoiled:     sensors by index to which a person has done something, and what.
     """
 
     tick: int
@@ -346,3 +347,4 @@ class Snapshot:
     background: BackgroundView = field(
         default_factory=lambda: BackgroundView(np.empty((0, 3)), np.empty((0, 3)))
     )
+    spoiled: tuple[tuple[int, str], ...] = ()
