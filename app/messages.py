@@ -363,6 +363,7 @@ class Snapshot:
     unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
     nearness:    what can give way, what cannot, and what holds the arm.
+    spoiled:     sensors by index to which a person has done something, and what.
     """
 
     tick: int
@@ -397,3 +398,4 @@ class Snapshot:
         default_factory=lambda: BackgroundView(np.empty((0, 3)), np.empty((0, 3)))
     )
     nearness: Nearness = NOTHING_NEAR
+    spoiled: tuple[tuple[int, str], ...] = ()

@@ -68,6 +68,7 @@ class SourceReport:
     inputs:    names of what it reads from, and how each is, in words.
     real:      (K,) bool of a mixed skin, sensors that are not simulated; None of another.
     trace:     of the exception behind the fault; empty if there was none.
+    spoiled:   sensors by index to which a person has done something, and what; see `SpoilSensor`.
     """
 
     connected: NDArray[np.bool_]
@@ -76,6 +77,7 @@ class SourceReport:
     inputs: tuple[tuple[str, str], ...] = ()
     real: NDArray[np.bool_] | None = None
     trace: str = ""
+    spoiled: tuple[tuple[int, str], ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -172,6 +174,7 @@ def snapshot_of(
     """What an onlooker may know of a tick: what went in, what came out, and what was there."""
     return Snapshot(
         tick=x.tick, stamp=x.now, joints=x.joints, inputs=x.source.inputs, real=x.source.real,
+        spoiled=x.source.spoiled,
         T_base_link=out.T_base_link, T_base_tool=out.T_base_tool, goal=out.goal,
         cloud=out.cloud, pairs=out.pairs, body=out.body, command=out.command,
         status=out.status, params=out.params, health=out.health, rate=out.rate, delay=out.delay,

@@ -17,6 +17,7 @@ from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
+from app.ui.panels.help_panel import show_help
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
@@ -142,7 +143,7 @@ class Page:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("Help"):
-            gui.add_markdown((asset_folder("static_assets") / "help.md").read_text("utf-8"))
+            show_help(server, asset_folder("static_assets") / "manual")
         charts = gui.add_panel()
         with charts.add_tab("Distance", viser.Icon.CHART_LINE):
             self.plot = PlotPanel(server)
