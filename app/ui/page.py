@@ -25,6 +25,7 @@ from app.ui.panels.record_panel import RecordPanel
 from app.ui.panels.sensors_panel import SensorsPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
+from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
@@ -112,7 +113,8 @@ class Page:
         self.cones = BlindView(server, engine)
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
-        self.pair = PairView(server, engine)
+        self.reading = Reading(engine.robot)
+        self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
         self.goal = GoalView(server, engine, clock)
@@ -120,7 +122,7 @@ class Page:
 
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.arm = ArmPanel(server, engine, clock)
+        self.arm = ArmPanel(server, engine, clock, self.reading)
         self.control = ControlPanel(server, engine, clock)
         self.blind = show_blind(server, engine)
         tabs = gui.add_tab_group()
@@ -149,10 +151,10 @@ class Page:
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
-            self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
-            self.world, self.arm, self.control, self.obstacles, self.background, self.goals,
-            self.params, self.plot, self.health, self.memory, self.roles, self.sensors,
-            self.separation, self.cones,
+            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
+            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
+            self.goals, self.params, self.plot, self.health, self.memory, self.roles,
+            self.sensors, self.separation, self.cones,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)

@@ -29,6 +29,7 @@ from app.ui.panels.sensors_panel import SensorsPanel
 from app.ui.panels.settings_panel import SettingsPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
+from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
@@ -111,7 +112,7 @@ class ReplayPage:
         scene = self._scene(player)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.panel = ReplayPanel(server, player, clock, recording.marks)
+        self.panel = ReplayPanel(server, player, clock, recording.marks, self.reading)
         gui.add_html(banner_html(recording, player.timeline.mind.ghost))
         self._add_speed(player)
         show_blind(server, player)
@@ -139,7 +140,9 @@ class ReplayPage:
             self.panel, *scene, self.separation, self.facts, self.settings, self.sensors,
             self.health, self.plot, self.roles,
         )  # fmt: skip
-        self.panel.paces += [p for v in views for p in vars(v).values() if isinstance(p, Every)]
+        self.panel.paces += [
+            p for v in (self.reading, *views) for p in vars(v).values() if isinstance(p, Every)
+        ]
         self.pump = Pump(server, player, views, clock, traffic, self._still)
 
     def _scene(self, player: Player) -> tuple[Switched, ...]:
@@ -149,9 +152,10 @@ class ReplayPage:
         self.robot = RobotView(server, player)
         self.world = WorldView(server, player)
         self.separation = SeparationView(server)
+        self.reading = Reading(player.robot, stays=0.0)
         return (
             self.robot, GhostView(server, player), self.world, RecordedGoalView(server),
-            PairView(server, player), CloudView(server, player), MemoryView(server),
+            PairView(server, player, self.reading), CloudView(server, player), MemoryView(server),
             CellView(server, player.cell), self.stage, BlindView(server, player),
         )  # fmt: skip
 
