@@ -174,6 +174,30 @@ class Goal:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Wish:
+    """A velocity that is asked for instead of a goal; one of the two is given.
+
+    twist: (6,) [m/s, rad/s] of the tool, axes of the base.   qd: (n,) [rad/s] of the joints.
+    """
+
+    twist: Array | None = None
+    qd: Array | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Granted:
+    """What became of a wish in one tick.
+
+    share: of what was asked for that the command does, along it; below 0 it goes the other way.
+    by:    what holds the rest back, in words; empty while nothing does.
+    """
+
+    wish: Wish
+    share: float
+    by: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Command:
     """Joint velocities qd (n,) [rad/s] that keep every limit, and how they came about.
 
@@ -313,6 +337,7 @@ class Snapshot:
     blind:       0..1 share of what the skin should see that it cannot tell of.
     unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
+    granted:     what became of a jog, of the way home or of a program's wish; None without one.
     """
 
     tick: int
@@ -346,3 +371,4 @@ class Snapshot:
     background: BackgroundView = field(
         default_factory=lambda: BackgroundView(np.empty((0, 3)), np.empty((0, 3)))
     )
+    granted: Granted | None = None

@@ -22,6 +22,7 @@ from app.messages import (
     Command,
     GhostState,
     Goal,
+    Granted,
     JointState,
     Notice,
     Pairs,
@@ -121,6 +122,7 @@ class Outputs:
     unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
     trace:       of the exception that ended this tick early; empty of any other.
+    granted:     what became of a jog, of the way home or of a program's wish; None without one.
     """
 
     command: Command
@@ -146,6 +148,7 @@ class Outputs:
     blind: float = 0.0
     unable: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     trace: str = ""
+    granted: Granted | None = None
 
 
 Tick = tuple[Inputs, Outputs]
@@ -173,6 +176,6 @@ def snapshot_of(
         status=out.status, params=out.params, health=out.health, rate=out.rate, delay=out.delay,
         notice=out.notice, advice=out.advice, program=out.program, reached=out.reached,
         jump=out.jump, memory=out.memory, blind=out.blind, unable=out.unable,
-        background=out.background,
+        background=out.background, granted=out.granted,
         world=world, ghost=ghost, timing=timing,
     )  # fmt: skip
