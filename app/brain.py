@@ -21,12 +21,13 @@ from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.controllers import Controllers
 from app.control.errand import Errand
+from app.control.nearness import nearness
 from app.control.path import StraightPath
 from app.control.programs import Program, ProgramRun, Waypoint
 from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
-from app.messages import Array, Command, Goal, JointState, Mode, freeze
+from app.messages import Array, Command, Goal, JointState, Mode, Nearness, freeze
 from app.perception.blindness import Cones
 from app.perception.look import Links
 from app.perception.perceiver import Perceiver
@@ -195,7 +196,16 @@ class Brain:
             advice=x.arm.advice or guard.advice(command) or command.reason,
             program=errand.program.words if errand.program else "", reached=errand.reached,
             jump=self._jump(seen, command), trace=trace, blind=guard.blind_share,
-            unable=guard.unable,
+            unable=guard.unable, nearness=self._nearness(x.now, seen, command, goal),
+        )  # fmt: skip
+
+    def _nearness(self, now: float, seen: Percept, command: Command, goal: Goal) -> Nearness:
+        """Of the body's points, also where a controller looks at the sensors' mounts only."""
+        mind = self._controllers
+        mounts = mind.needs(self.params).pairs == "mounts"
+        return nearness(
+            seen.body if mounts else seen.pairs, seen.steady, command.control_row, seen.posture,
+            self.robot.qd_max, goal, mind.blocked(now),
         )  # fmt: skip
 
     def _jump(self, seen: Percept, command: Command) -> float:

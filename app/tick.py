@@ -15,6 +15,7 @@ from app.actions import Action
 from app.config import Params
 from app.messages import (
     NO_NOTICE,
+    NOTHING_NEAR,
     Array,
     BackgroundView,
     BodyPose,
@@ -23,6 +24,7 @@ from app.messages import (
     GhostState,
     Goal,
     JointState,
+    Nearness,
     Notice,
     Pairs,
     SensorFrame,
@@ -123,6 +125,7 @@ class Outputs:
     unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
     trace:       of the exception that ended this tick early; empty of any other.
+    nearness:    what can give way, what cannot, and what holds the arm.
     """
 
     command: Command
@@ -148,6 +151,7 @@ class Outputs:
     blind: float = 0.0
     unable: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     trace: str = ""
+    nearness: Nearness = NOTHING_NEAR
 
 
 Tick = tuple[Inputs, Outputs]
@@ -176,6 +180,6 @@ def snapshot_of(
         status=out.status, params=out.params, health=out.health, rate=out.rate, delay=out.delay,
         notice=out.notice, advice=out.advice, program=out.program, reached=out.reached,
         jump=out.jump, memory=out.memory, blind=out.blind, unable=out.unable,
-        background=out.background,
+        background=out.background, nearness=out.nearness,
         world=world, ghost=ghost, timing=timing,
     )  # fmt: skip

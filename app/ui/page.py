@@ -26,6 +26,7 @@ from app.ui.panels.record_panel import RecordPanel
 from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
+from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
@@ -117,7 +118,8 @@ class Page:
         self.chosen = Chosen(engine.skin)
         self.clicked = ChosenView(server, engine, self.chosen)
         listen_to_clicks(server, engine, self.chosen, self.cloud)
-        self.pair = PairView(server, engine)
+        self.reading = Reading(engine.robot)
+        self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
         self.goal = GoalView(server, engine, clock)
@@ -125,7 +127,7 @@ class Page:
 
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.arm = ArmPanel(server, engine, clock)
+        self.arm = ArmPanel(server, engine, clock, self.reading)
         self.control = ControlPanel(server, engine, clock)
         self.blind = show_blind(server, engine)
         tabs = gui.add_tab_group()
@@ -155,10 +157,10 @@ class Page:
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
-            self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
-            self.world, self.arm, self.control, self.obstacles, self.background, self.goals,
-            self.params, self.plot, self.health, self.memory, self.roles, self.skin,
-            self.separation, self.cones, self.clicked,
+            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
+            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
+            self.goals, self.params, self.plot, self.health, self.memory, self.roles,
+            self.skin, self.separation, self.cones, self.clicked,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)

@@ -30,6 +30,7 @@ from app.ui.panels.settings_panel import SettingsPanel
 from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
+from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
@@ -113,7 +114,7 @@ class ReplayPage:
         scene = self._scene(player)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.panel = ReplayPanel(server, player, clock, recording.marks)
+        self.panel = ReplayPanel(server, player, clock, recording.marks, self.reading)
         gui.add_html(banner_html(recording, player.timeline.mind.ghost))
         self._add_speed(player)
         show_blind(server, player)
@@ -142,7 +143,9 @@ class ReplayPage:
             self.panel, *scene, self.separation, self.facts, self.settings, self.skin,
             self.health, self.plot, self.roles,
         )  # fmt: skip
-        self.panel.paces += [p for v in views for p in vars(v).values() if isinstance(p, Every)]
+        self.panel.paces += [
+            p for v in (self.reading, *views) for p in vars(v).values() if isinstance(p, Every)
+        ]
         self.pump = Pump(server, player, views, clock, traffic, self._still)
 
     def _scene(self, player: Player) -> tuple[Switched, ...]:
@@ -156,9 +159,10 @@ class ReplayPage:
         self.clicked = ChosenView(server, player, self.chosen)
         cloud = CloudView(server, player)
         listen_to_clicks(server, player, self.chosen, cloud)
+        self.reading = Reading(player.robot, stays=0.0)
         return (
             self.robot, GhostView(server, player), self.world, RecordedGoalView(server),
-            PairView(server, player), cloud, MemoryView(server),
+            PairView(server, player, self.reading), cloud, MemoryView(server),
             CellView(server, player.cell), self.stage, BlindView(server, player),
             self.clicked,
         )  # fmt: skip
@@ -175,6 +179,7 @@ class ReplayPage:
     def _still(self, seconds: float) -> None:
         """No other tick is shown: what is being computed goes on all the same."""
         self.panel.silent(seconds)
+        self.skin.refresh()
         self.facts.refresh()
         self.plot.refresh()
 
