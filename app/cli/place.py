@@ -21,8 +21,11 @@ class PlaceCommand(WhichRobot):
 
     sensors: int = 30
     """Number of sensors, at most."""
+    sweep: tuple[int, ...] = ()
+    """Several numbers of sensors instead; taken is the knee: the fewest that are worth 95 % of the
+    most."""
     out: Path = Path("placed")
-    """Folder for layout.toml, the covers' STL files to print, and place.json."""
+    """Folder for layout.toml, the covers' STL files to print, place.json and place.png."""
     type: str = "vl53l8cx"
     """Type of the sensors: a name in static_assets/sensors, or a file."""
     links: str = ""
@@ -43,8 +46,7 @@ class PlaceCommand(WhichRobot):
     horizon: float = 0.4
     """At which distance it is soon enough to see something [m]."""
     worlds: int = 0
-    """Close the loop: place for half, one and two horizons, run the arm in so many random worlds
-    with each, and take the one that touches least."""
+    """Close the loop: run the arm in so many random worlds with each layout, and with its own."""
     seed: int = 0
     """Seed of the first world."""
     jobs: int = 1
@@ -55,7 +57,7 @@ class PlaceCommand(WhichRobot):
     """Print one JSON object."""
 
     def __post_init__(self) -> None:
-        if self.sensors < 1 or self.worlds < 0 or min(self.jobs, self.ports, self.baud) < 1:
+        if min(self.numbers) < 1 or self.worlds < 0 or min(self.jobs, self.ports, self.baud) < 1:
             raise ConfigError("sensors, jobs, ports and baud must be positive")
         if not self.counts or min(self.counts) < 1 or not self.tilts:
             raise ConfigError("give one count and one tilt of rings at least")
@@ -64,33 +66,45 @@ class PlaceCommand(WhichRobot):
         if not 0.05 <= self.horizon <= 1.5 or not all(abs(t) < 90.0 for t in self.tilts):
             raise ConfigError("the horizon lies between 0.05 and 1.5 m, tilts between -90 and 90")
 
+    @property
+    def numbers(self) -> tuple[int, ...]:
+        """Of sensors, that are placed."""
+        return self.sweep or (self.sensors,)
+
     def __call__(self) -> None:
+        from app.plot import check_matplotlib
         from app.studies.coverage.placement import candidates_for
         from app.studies.coverage.postures import postures_of
-        from app.studies.coverage.trying import PlacedLayout, placed_layouts, report_of, tried
+        from app.studies.coverage.trying import (
+            Trying,
+            draw_curve,
+            knee,
+            looked_at,
+            placed_layouts,
+            report_of,
+        )
         from app.studies.folder import Folder
 
+        check_matplotlib("place")
+        own, wanted = self.setup(), self._wanted()
+        trying = Trying(self.worlds, self.seed, self.engine, self.jobs)
+        trying.check(own)
         folder = Folder(self.out).path
-        wanted = self._wanted()
-        robot = candidates_for(wanted).robot
-        q = postures_of(self.postures, robot)
-        horizons = [self.horizon * f for f in ((0.5, 1.0, 2.0) if self.worlds else (1.0,))]
-        with shown("postures", len(q[::2]) * len(horizons)) as done:
-            layouts = placed_layouts(wanted, horizons, q, folder, self.jobs, lambda: done(1))
-        best: PlacedLayout = layouts[0]
-        trials = None
-        if self.worlds:
-            trials = tried(layouts, self.setup(), self.worlds, self.seed, self.engine, self.jobs)
-            best = trials.best
-        report = report_of(wanted, self.setup(), layouts, q[1::2], trials)
-        self._write(best.path, folder, report)
+        q = postures_of(self.postures, candidates_for(wanted).robot)
+        with shown("postures", len(q[::2])) as done:
+            placed = placed_layouts(
+                wanted, self.numbers, q[::2], folder, self.jobs, lambda: done(1)
+            )
+        layouts = looked_at(wanted, own, placed, q[1::2], trying)
+        draw_curve(layouts, folder / "place.png")
+        self._write(Path(knee(layouts).skin), folder, report_of(wanted, layouts, self.seed))
 
     def _wanted(self) -> "Wanted":
         from app.coverage.sites import parse_keep_out
         from app.studies.coverage.placement import Wanted
 
         return Wanted(
-            setup=replace(self.setup(), skin="none"), sensors=self.sensors, kind=self.type,
+            setup=replace(self.setup(), skin="none"), sensors=max(self.numbers), kind=self.type,
             links=tuple(filter(None, self.links.split(","))),
             keep_out=tuple(map(parse_keep_out, self.keep_out)), counts=self.counts,
             tilts=self.tilts, ports=self.ports, baud=self.baud, horizon=self.horizon,

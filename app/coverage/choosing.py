@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from app.compiled import compiled
 from app.messages import Array
 
-BETTER = 1e-6  # of the whole, by which an exchange must gain
+BETTER = 1e-4  # by which an exchange must gain, where one step of every way is 1
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -90,22 +90,16 @@ def _greedy(
 
 def _exchanged(p: Problem, taken: list[int], budget: int, told: Callable[[], None]) -> list[int]:
     """Each in turn makes room for the best in its place, while that gains."""
-    whole = _whole(p)
-    done = False
+    least, done = BETTER * float(p.weight.sum()), False
     while not done:
         done = True
         for out in list(taken):
             rest = [s for s in taken if s != out]
             found = _greedy(p, rest, budget, False, told)
-            if value(p, found) > value(p, taken) + BETTER * whole:
+            if value(p, found) > value(p, taken) + least:
                 taken, done = found, False
                 break
     return taken
-
-
-def _whole(p: Problem) -> float:
-    """What everything seen at the horizon would be worth."""
-    return float(p.weight.sum()) * 255.0
 
 
 def _best(p: Problem, taken: list[int]) -> NDArray[np.uint8]:

@@ -32,5 +32,6 @@ HEALTH: dict[SensorHealth, RGB] = {
     SensorHealth.SLOW: (222, 203, 80),
 }
 
+CHOSEN: RGB = (32, 100, 170)  # what a person has clicked: the page's own blue
 PREVIEW: RGB = (240, 160, 40)  # cubes that a person has not kept yet
 RAW: RGB = (70, 75, 82)

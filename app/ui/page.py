@@ -8,6 +8,7 @@ import viser
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
+from app.ui.chosen import Chosen
 from app.ui.desk import Desk
 from app.ui.engine import Engine
 from app.ui.gate import Gate
@@ -22,13 +23,14 @@ from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.record_panel import RecordPanel
-from app.ui.panels.sensors_panel import SensorsPanel
+from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
 from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
+from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
@@ -113,6 +115,9 @@ class Page:
         self.cones = BlindView(server, engine)
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
+        self.chosen = Chosen(engine.skin)
+        self.clicked = ChosenView(server, engine, self.chosen)
+        listen_to_clicks(server, engine, self.chosen, self.cloud)
         self.reading = Reading(engine.robot)
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
@@ -135,9 +140,10 @@ class Page:
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
             self.params = ParamsPanel(server, engine, clock)
-        with tabs.add_tab("Health"):
-            self.sensors = SensorsPanel(server, engine)
-            self.health = HealthPanel(server, engine, traffic)
+        with tabs.add_tab("Skin"):
+            self.skin = SkinPanel(server, engine, self.chosen)
+            with gui.add_folder("How well it runs", expand_by_default=False):
+                self.health = HealthPanel(server, engine, traffic)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
@@ -154,7 +160,7 @@ class Page:
             self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
             self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
             self.goals, self.params, self.plot, self.health, self.memory, self.roles,
-            self.sensors, self.separation, self.cones,
+            self.skin, self.separation, self.cones, self.clicked,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
@@ -168,6 +174,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage, self.cones,
+            self.cell, self.stage, self.cones, self.clicked,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

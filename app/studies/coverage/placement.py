@@ -20,7 +20,7 @@ from app.coverage.look import FAR, Subject, look, subject_of
 from app.coverage.occlusion import blocked, views_of
 from app.coverage.patches import patches_of, posed
 from app.coverage.sites import COUNTS, TILTS, KeepOut, Place, clashes, places, rings_at
-from app.coverage.worth import HORIZON, value, weights, worths
+from app.coverage.worth import HORIZON, STEPS, value, weights, worths
 from app.errors import ConfigError
 from app.messages import Array
 from app.robot.model import Robot
@@ -153,10 +153,10 @@ def part_of(task: Task) -> Part:
     return Part(task.number, worth, weight)
 
 
-def place(
+def problem_of(
     wanted: Wanted, q: Array, jobs: int = 1, told: Callable[[], None] = lambda: None
-) -> Placed:
-    """The best rings found for postures q (m, n); `told` of every posture looked at."""
+) -> Problem:
+    """What there is to choose from, at postures q (m, n); `told` of every posture looked at."""
     c = candidates_for(wanted)
     tasks = [Task(wanted, i, posture) for i, posture in enumerate(q)]
     parts: dict[int, Part] = {}
@@ -165,22 +165,28 @@ def place(
             parts[part.number] = part
             told()
     ordered = [parts[i] for i in range(len(tasks))]
-    problem = Problem(
+    return Problem(
         np.hstack([p.worth for p in ordered]),
         np.concatenate([p.weight for p in ordered]),
         np.array([r.count for r in c.rings], dtype=np.int64),
         clashes(c.at),
     )
-    choice = choose(problem, wanted.sensors)
+
+
+def place(wanted: Wanted, problem: Problem, sensors: int) -> Placed:
+    """The best rings found of so many sensors at most."""
+    c, choice = candidates_for(wanted), choose(problem, sensors)
     rings = sorted(choice.taken, key=lambda r: (c.at[r].link, c.at[r].along))
-    return Placed(tuple(c.rings[r] for r in rings), choice, 255.0 * float(problem.weight.sum()))
+    return Placed(tuple(c.rings[r] for r in rings), choice, STEPS * float(problem.weight.sum()))
 
 
-def worn(setup: Setup, q: Array, wanted: Wanted) -> float:
-    """What a layout is worth as it is worn, covers and all, 0 to 1: the mean over q (m, n)."""
+def worn(setup: Setup, q: Array, wanted: Wanted) -> tuple[float, int]:
+    """What a layout is worth as it is worn, covers and all, 0 to 1: the mean over q (m, n); and how
+    many sensors it has."""
     robot, skin = build_robot_and_skin(setup)
     subject = subject_of(robot, skin, wanted.patches, None, wanted.radius)
-    return float(np.mean([_worn_at(subject, robot.posture(p), wanted.horizon) for p in q]))
+    found = [_worn_at(subject, robot.posture(p), wanted.horizon) for p in q]
+    return float(np.mean(found)), skin.count
 
 
 def _worn_at(subject: Subject, posture: Posture, horizon: float) -> float:
