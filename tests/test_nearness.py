@@ -139,7 +139,7 @@ def test_a_goal_that_is_only_turned_away_is_not_told_in_centimetres(engine: Fake
 
 def test_both_distances_are_words(robot: Robot, links: list[str]) -> None:
     assert yielding_words(near_at(0.27), links, 0.25) == "Forearm, 27 cm (keeps 25): can give way"
-    assert yielding_words(near_at(0.20), links, 0.25).endswith("can give way, closer than kept")
+    assert yielding_words(near_at(0.20), links, 0.25) == "Forearm, 20 cm: closer than kept (25)"
     assert yielding_words(near_at(0.245), links, 0.25).endswith("can give way")
     assert yielding_words(near_at(0.20), links, None) == "Forearm, 20 cm: can give way"
     assert yielding_words(NOT_NEAR, links, 0.25).startswith("Nothing in sight")

@@ -114,7 +114,7 @@ def the_clock(built: tuple[Page, ManualClock]) -> ManualClock:
     return built[1]
 
 
-_stamps = iter(range(1, 10_000))
+_stamps = iter(range(1, 1_000_000))
 
 
 def snapshot(engine: FakeEngine, **changes: Any) -> Snapshot:

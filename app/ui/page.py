@@ -3,8 +3,6 @@
 from types import TracebackType
 from typing import Self
 
-import viser
-
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
@@ -19,6 +17,7 @@ from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.help_panel import show_help
+from app.ui.panels.legend import Legend
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
@@ -43,6 +42,11 @@ from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
 from app.ui.traffic import Traffic
+
+TOUR = (  # heard by static_assets/page/tour.js
+    '<button data-flinch-tour title="five short steps" style="margin:0 0.8em 0.7em;padding:'
+    '0.3em 0.9em;cursor:pointer;font:inherit">Show the tour</button>'
+)
 
 
 class Page:
@@ -109,7 +113,7 @@ class Page:
     def _build(self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None) -> None:
         server, gui = self.server, self.server.gui
         traffic = Traffic(server)
-        self.stage = Stage(server, engine.cell)
+        self.stage = Stage(server, engine)
         self.cell = CellView(server, engine.cell)
         self.robot = RobotView(server, engine)
         self.cones = BlindView(server, engine)
@@ -130,30 +134,31 @@ class Page:
         self.arm = ArmPanel(server, engine, clock, self.reading)
         self.control = ControlPanel(server, engine, clock)
         self.blind = show_blind(server, engine)
+        switches = self._switches()
+        self.legend = Legend(server, switches)
         tabs = gui.add_tab_group()
+        with tabs.add_tab("Move"):
+            self.goals = GoalPanel(server, engine)
         with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
             self.background = BackgroundPanel(server, engine)
-        with tabs.add_tab("Goal"):
-            self.goals = GoalPanel(server, engine)
-        with tabs.add_tab("View"):
-            self.switches = ViewPanel(server, self._switches())
-        with tabs.add_tab("Settings"):
-            self.params = ParamsPanel(server, engine, clock)
         with tabs.add_tab("Skin"):
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
+        with tabs.add_tab("Plots"):
+            self.plot = PlotPanel(server)
+        with tabs.add_tab("Settings"):
+            self.params = ParamsPanel(server, engine, clock)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
+        with tabs.add_tab("View"):
+            self.switches = ViewPanel(server, [s for s in switches if s.sign is None])
         with tabs.add_tab("Help"):
+            gui.add_html(TOUR)
             show_help(server, asset_folder("static_assets") / "manual")
-        charts = gui.add_panel()
-        with charts.add_tab("Distance", viser.Icon.CHART_LINE):
-            self.plot = PlotPanel(server)
-        charts.float(x=12, y=-12, width=340)
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
