@@ -20,6 +20,7 @@ from app.ui.entrance import LONGEST
 WATCHING: tuple[type[m.Message], ...] = (m.ViewerCameraMessage,)
 OPERATING: tuple[type[m.Message], ...] = (
     m.GuiUpdateMessage,
+    m.GuiButtonHoldMessage,
     m.CommandTriggerMessage,
     m.TransformControlsDragStartMessage,
     m.TransformControlsUpdateMessage,
@@ -103,6 +104,8 @@ def _check(kind: str, table: dict[str, Any]) -> None:
             raise MalformedError(f"a {kind} whose {name} is not {length} numbers")
         if not all(map(_number, value)):  # a page that is a few pixels small may say so
             raise UnusedError(f"a {kind} whose {name} is not finite")
+    if not _number(table.get("frequency", 1.0)):
+        raise MalformedError(f"a {kind} whose frequency is no number")
     wxyz = table.get("wxyz")
     if wxyz is not None and not 0.5 < sum(v * v for v in wxyz) < 2.0:
         raise UnusedError(f"a {kind} whose wxyz is no rotation")
