@@ -32,6 +32,7 @@ from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
 from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
 from app.ui.scene.memory_view import MemoryView
@@ -92,6 +93,7 @@ class Page:
 
     def stop(self) -> None:
         self.pump.stop()
+        self.coverage.close()
         close_page(self.server)
 
     def __enter__(self) -> Self:
@@ -117,7 +119,6 @@ class Page:
         self.memory = MemoryView(server)
         self.chosen = Chosen(engine.skin)
         self.clicked = ChosenView(server, engine, self.chosen)
-        listen_to_clicks(server, engine, self.chosen, self.cloud)
         self.reading = Reading(engine.robot)
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
@@ -137,6 +138,7 @@ class Page:
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
             self.background = BackgroundPanel(server, engine)
         with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, engine)
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
             self.params = ParamsPanel(server, engine, clock)
@@ -144,6 +146,7 @@ class Page:
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
+        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
@@ -160,7 +163,7 @@ class Page:
             self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
             self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
             self.move, self.params, self.plot, self.health, self.memory, self.roles,
-            self.skin, self.separation, self.cones, self.clicked,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
@@ -174,6 +177,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage, self.cones, self.clicked,
+            self.cell, self.stage, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]
