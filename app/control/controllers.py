@@ -62,7 +62,8 @@ class Controllers:
         self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp)
         if self._stuck.words and not command.reason:
             command = replace(command, reason=self._stuck.words)
-        return self._unseen.slowed(command, now, unseen)
+        command = self._unseen.slowed(command, now, unseen)
+        return replace(command, qd=self._geared(command.qd))
 
     def brake(self, joints: JointState, dt: float, applied: Array) -> Command:
         """As fast to rest as the limits allow; what was followed before is forgotten.
@@ -72,7 +73,12 @@ class Controllers:
         if self._in_force:
             self._by_mode[self._in_force].reset()
         self._stuck.reset()
-        return Command(qd=freeze(braked(self._robot, joints.q, dt, applied)))
+        return Command(qd=self._geared(braked(self._robot, joints.q, dt, applied)))
+
+    def _geared(self, qd: Array) -> Array:
+        """The velocities with those of the joints that follow another."""
+        gears = self._robot.gears
+        return freeze(qd if gears.own.all() else gears.speed(qd))
 
     def _chosen(self, mode: str) -> Controller:
         """The controller of this mode; another one goes on from what is in force."""
