@@ -3,8 +3,6 @@
 from types import TracebackType
 from typing import Self
 
-import viser
-
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
@@ -144,16 +142,14 @@ class Page:
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
+        with tabs.add_tab("Plots"):
+            self.plot = PlotPanel(server, engine)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("Help"):
             show_help(server, asset_folder("static_assets") / "manual")
-        charts = gui.add_panel()
-        with charts.add_tab("Distance", viser.Icon.CHART_LINE):
-            self.plot = PlotPanel(server)
-        charts.float(x=12, y=-12, width=340)
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
