@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from app.actions import Jog, JogJoints, Want
 from app.cell.parts import Cell
 from app.config import Params
 from app.control.clearance import Clearance
@@ -24,10 +25,21 @@ from app.control.errand import Errand
 from app.control.nearness import nearness
 from app.control.path import StraightPath
 from app.control.programs import Program, ProgramRun, Waypoint
+from app.control.wish import granted
 from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
-from app.messages import Array, Command, Goal, JointState, Mode, Nearness, freeze
+from app.messages import (
+    Array,
+    Command,
+    Goal,
+    Granted,
+    JointState,
+    Mode,
+    Nearness,
+    Wish,
+    freeze,
+)
 from app.perception.blindness import Cones
 from app.perception.look import Links
 from app.perception.perceiver import Perceiver
@@ -45,7 +57,7 @@ from app.wishes import Wishes
 FACTS = (Robot, Skin, RigidMesh, Links, SelfFilter, Clearance, Cones)
 
 # what its state may come to hold later on
-LATER = (Goal, Program, ProgramRun, StraightPath, Waypoint)
+LATER = (Goal, Program, ProgramRun, StraightPath, Waypoint, Jog, JogJoints, Want, Granted, Wish)
 
 
 def no_lap(room: str) -> None:
@@ -97,9 +109,10 @@ class Brain:
         self._perception.reset()
         self._controllers.reset()
         self._controllers.know(self.cell.learned)
-        self.wishes = Wishes(params, Errand(programs, goal))
+        self.wishes = Wishes(params, Errand(self.robot, programs, goal))
         self._guard = Guard(self.robot, self.skin, begin)
         self._point: Array | None = None  # control point of the last tick
+        self._granted: Granted | None = None  # what became of a wish in this tick
         self._q = self.robot.home  # the last joint positions that were finite
 
     def digest(self) -> str:
@@ -149,7 +162,7 @@ class Brain:
     def _tick(self, x: Inputs, lap: Callable[[str], None]) -> Outputs:
         if not (np.isfinite(x.joints.q).all() and np.isfinite(x.joints.qd).all()):
             raise FlinchError("the arm reports a joint value that is not finite")
-        self._q = x.joints.q
+        self._q, self._granted = x.joints.q, None
         posture = self.robot.posture(x.joints.q)
         tool, errand, mind = posture.T_base_tool, self.wishes.errand, self._controllers
         if self._guard.listen(x) or errand.held is None:
@@ -159,13 +172,17 @@ class Brain:
         frames = self._guard.believed(x.frames)
         seen = self._perception.update(frames, x.joints, posture, p, mind.needs(p), x.dt, lap)
         share, moving = self._guard.judge(x, p.silence, self._perception.unable)
-        goal = errand.update(self._guard.mode, moving, tool, x.dt)
+        mode = self._guard.mode
+        goal = errand.update(mode, moving, tool, x.dt)
+        wish = errand.wish(mode, moving, x.now, x.dt, posture, x.joints, p)
         if moving:
             now = Situation(
                 posture, x.joints, seen.steady, goal, p, x.dt, share, x.applied, frames,
-                seen.cloud, seen.memory,
+                seen.cloud, seen.memory, wish,
             )  # fmt: skip
             command = mind.update(now, self._guard.unseen)
+            if wish is not None:
+                self._granted = granted(wish, command, posture, seen.steady, self.robot)
         else:
             command = mind.brake(x.joints, x.dt, x.applied)
         if not np.isfinite(command.qd).all():
@@ -175,6 +192,7 @@ class Brain:
 
     def _blindly(self, x: Inputs, trace: str) -> Outputs:
         """A tick that failed: brake, with what was believed before."""
+        self._granted = None
         joints = JointState(x.joints.stamp, self._q, np.zeros(self.robot.n))
         seen = self._perception.recall(joints, self.params)
         command = self._controllers.brake(joints, x.dt, x.applied)
@@ -196,7 +214,8 @@ class Brain:
             advice=x.arm.advice or guard.advice(command) or command.reason,
             program=errand.program.words if errand.program else "", reached=errand.reached,
             jump=self._jump(seen, command), trace=trace, blind=guard.blind_share,
-            unable=guard.unable, nearness=self._nearness(x.now, seen, command, goal),
+            unable=guard.unable, granted=self._granted,
+            nearness=self._nearness(x.now, seen, command, goal),
         )  # fmt: skip
 
     def _nearness(self, now: float, seen: Percept, command: Command, goal: Goal) -> Nearness:

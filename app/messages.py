@@ -221,6 +221,30 @@ class Goal:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Wish:
+    """A velocity that is asked for instead of a goal; one of the two is given.
+
+    twist: (6,) [m/s, rad/s] of the tool, axes of the base.   qd: (n,) [rad/s] of the joints.
+    """
+
+    twist: Array | None = None
+    qd: Array | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Granted:
+    """What became of a wish in one tick.
+
+    share: of what was asked for that the command does, along it; below 0 it goes the other way.
+    by:    what holds the rest back, in words; empty while nothing does.
+    """
+
+    wish: Wish
+    share: float
+    by: str
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Command:
     """Joint velocities qd (n,) [rad/s] that keep every limit, and how they came about.
 
@@ -364,6 +388,7 @@ class Snapshot:
     background:  the learned background and what is being learned.
     nearness:    what can give way, what cannot, and what holds the arm.
     spoiled:     sensors by index to which a person has done something, and what.
+    granted:     what became of a jog, of the way home or of a program's wish; None without one.
     """
 
     tick: int
@@ -399,3 +424,4 @@ class Snapshot:
     )
     nearness: Nearness = NOTHING_NEAR
     spoiled: tuple[tuple[int, str], ...] = ()
+    granted: Granted | None = None

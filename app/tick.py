@@ -23,6 +23,7 @@ from app.messages import (
     Command,
     GhostState,
     Goal,
+    Granted,
     JointState,
     Nearness,
     Notice,
@@ -126,6 +127,7 @@ class Outputs:
     background:  the learned background and what is being learned.
     trace:       of the exception that ended this tick early; empty of any other.
     nearness:    what can give way, what cannot, and what holds the arm.
+    granted:     what became of a jog, of the way home or of a program's wish; None without one.
     """
 
     command: Command
@@ -152,6 +154,7 @@ class Outputs:
     unable: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     trace: str = ""
     nearness: Nearness = NOTHING_NEAR
+    granted: Granted | None = None
 
 
 Tick = tuple[Inputs, Outputs]
@@ -180,6 +183,6 @@ def snapshot_of(
         status=out.status, params=out.params, health=out.health, rate=out.rate, delay=out.delay,
         notice=out.notice, advice=out.advice, program=out.program, reached=out.reached,
         jump=out.jump, memory=out.memory, blind=out.blind, unable=out.unable,
-        background=out.background, nearness=out.nearness,
+        background=out.background, nearness=out.nearness, granted=out.granted,
         world=world, ghost=ghost, timing=timing,
     )  # fmt: skip

@@ -53,7 +53,9 @@ class Controllers:
         """The next command, not faster towards what is `unseen` than the arm can stop."""
         control = self._chosen(now.params.mode)
         tool, stamp = now.posture.T_base_tool, now.joints.stamp
-        now = now._replace(goal=self._stuck.goal(now.goal, tool, stamp))
+        goal = self._stuck.goal(now.goal, tool, stamp)
+        # whoever goes a way round lets the straight one home be
+        now = now._replace(goal=goal, wish=now.wish if goal is now.goal else None)
         command = control.update(now)
         if not self._kinds[now.params.mode].knows_cell:
             qd = self._keep_out.allowed(command.qd, now)
