@@ -40,6 +40,7 @@ from app.ui.scene.stage import Stage
 from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
+from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
 
 
@@ -137,7 +138,8 @@ class Page:
         with tabs.add_tab("View"):
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
-            self.params = ParamsPanel(server, engine, clock)
+            shelf = Shelf(desk.folder, "settings") if desk is not None else None
+            self.params = ParamsPanel(server, engine, clock, shelf)
         with tabs.add_tab("Skin"):
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):

@@ -37,7 +37,7 @@ TICK = 12.0  # [ms] longer ticks are drawn at the top: three of 250 Hz
 NOWHERE = -10.0  # below the chart: there is no such line
 LEFT, RIGHT = 42, 24  # pixels that a chart needs beside its field, as viser draws it
 AXIS = {"size": LEFT, "font": "11px sans-serif"}
-TIME = {"size": 24, "font": "11px sans-serif"}
+TIME = {"size": 34, "font": "11px sans-serif"}
 STRIP: dict[str, RGB] = {
     FREE: CALM, SLOWED: NEAR, PUSHED: (190, 90, 180), BLOCKED: WARN, STOPPED: GREY,
 }  # fmt: skip
