@@ -39,7 +39,10 @@ class Wishes:
                 self.notice = NO_NOTICE  # they come twenty times a second
             try:
                 match action:
-                    case asked.SetGoal() | asked.SetPose() | asked.RunProgram() | asked.GoHome():
+                    case (
+                        asked.SetGoal() | asked.SetPose() | asked.GoHome()
+                        | asked.RunProgram() | asked.RunTaught()
+                    ):  # fmt: skip
                         self.errand.take(action, T_base_tool)
                     case asked.Jog() | asked.JogJoints() | asked.Want():
                         self._move_by_hand(action, x.now, guard)

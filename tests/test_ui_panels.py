@@ -14,10 +14,8 @@ from app.actions import (
     KeepBackground,
     LearnBackground,
     MoveObstacle,
-    RunProgram,
     SetMode,
     SetParams,
-    SetPose,
 )
 from app.config import Params, tunables
 from app.messages import Command, GhostState, Mode, Notice, Status, Timing
@@ -290,18 +288,6 @@ def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: 
     assert data[5][-1] == pytest.approx(40.0) and data[6][-1] == pytest.approx(37.0)
     show(page, engine, snapshot(engine))
     assert not any(h.visible for h in page.ghost._links)
-
-
-def test_a_pose_is_typed_and_a_program_is_started_and_ended(page: Page, engine: FakeEngine) -> None:
-    page.goals.position.value = (500.0, -100.0, 400.0)
-    page.goals.rpy.value = (180.0, 0.0, 90.0)
-    run(page, page.goals.go, True)
-    assert engine.posted == [SetPose((0.5, -0.1, 0.4), (np.pi, 0.0, np.pi / 2))]
-    run(page, page.goals.buttons, "Start")
-    run(page, page.goals.buttons, "End")
-    assert engine.posted[1:] == [RunProgram("screws"), RunProgram("")]
-    show(page, engine, snapshot(engine, program="screws 1/2 left, 0 reached"))
-    assert "1/2 left" in page.goals.state.content
 
 
 def test_what_holds_the_arm_back_is_told(page: Page, engine: FakeEngine) -> None:

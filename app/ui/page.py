@@ -14,9 +14,9 @@ from app.ui.panels.arm_panel import ArmPanel
 from app.ui.panels.background_panel import BackgroundPanel
 from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
-from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.help_panel import show_help
+from app.ui.panels.move_panel import MovePanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
@@ -130,11 +130,11 @@ class Page:
         self.control = ControlPanel(server, engine, clock)
         self.blind = show_blind(server, engine)
         tabs = gui.add_tab_group()
+        with tabs.add_tab("Move"):
+            self.move = MovePanel(server, engine, clock)
         with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
             self.background = BackgroundPanel(server, engine)
-        with tabs.add_tab("Goal"):
-            self.goals = GoalPanel(server, engine)
         with tabs.add_tab("View"):
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
@@ -157,7 +157,7 @@ class Page:
         views: tuple[View, ...] = (
             self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
             self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
-            self.goals, self.params, self.plot, self.health, self.memory, self.roles,
+            self.move, self.params, self.plot, self.health, self.memory, self.roles,
             self.skin, self.separation, self.cones, self.clicked,
         )  # fmt: skip
         if self.record is not None:
