@@ -3,8 +3,6 @@
 from types import TracebackType
 from typing import Self
 
-import viser
-
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
@@ -43,6 +41,7 @@ from app.ui.scene.stage import Stage
 from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
+from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
 
 
@@ -141,22 +140,21 @@ class Page:
             self.coverage = CoverageView(server, engine)
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
-            self.params = ParamsPanel(server, engine, clock)
+            shelf = Shelf(desk.folder, "settings") if desk is not None else None
+            self.params = ParamsPanel(server, engine, clock, shelf)
         with tabs.add_tab("Skin"):
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
         listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
+        with tabs.add_tab("Plots"):
+            self.plot = PlotPanel(server, engine)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("Help"):
             show_help(server, asset_folder("static_assets") / "manual")
-        charts = gui.add_panel()
-        with charts.add_tab("Distance", viser.Icon.CHART_LINE):
-            self.plot = PlotPanel(server)
-        charts.float(x=12, y=-12, width=340)
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
