@@ -157,7 +157,16 @@ class UseSensor:
     real: bool
 
 
-OF_THE_PLANT = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor)  # the brain has no part
+@dataclass(frozen=True, slots=True)
+class SpoilSensor:
+    """Do to a sensor, by its index, what `app.sensing.spoiled.HOW` names: switch it off, say."""
+
+    sensor: int
+    how: str
+
+
+# the brain has no part in these
+OF_THE_PLANT = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor, SpoilSensor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -187,5 +196,6 @@ Action = (
     | MoveObstacle
     | RemoveObstacle
     | UseSensor
+    | SpoilSensor
     | Remark
 )

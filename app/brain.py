@@ -22,13 +22,24 @@ from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.controllers import Controllers
 from app.control.errand import Errand
+from app.control.nearness import nearness
 from app.control.path import StraightPath
 from app.control.programs import Program, ProgramRun, Waypoint
 from app.control.wish import granted
 from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
-from app.messages import Array, Command, Goal, Granted, JointState, Mode, Wish, freeze
+from app.messages import (
+    Array,
+    Command,
+    Goal,
+    Granted,
+    JointState,
+    Mode,
+    Nearness,
+    Wish,
+    freeze,
+)
 from app.perception.blindness import Cones
 from app.perception.look import Links
 from app.perception.perceiver import Perceiver
@@ -206,6 +217,16 @@ class Brain:
             program=errand.program.words if errand.program else "", reached=errand.reached,
             jump=self._jump(seen, command), trace=trace, blind=guard.blind_share,
             unable=guard.unable, granted=self._granted,
+            nearness=self._nearness(x.now, seen, command, goal),
+        )  # fmt: skip
+
+    def _nearness(self, now: float, seen: Percept, command: Command, goal: Goal) -> Nearness:
+        """Of the body's points, also where a controller looks at the sensors' mounts only."""
+        mind = self._controllers
+        mounts = mind.needs(self.params).pairs == "mounts"
+        return nearness(
+            seen.body if mounts else seen.pairs, seen.steady, command.control_row, seen.posture,
+            self.robot.qd_max, goal, mind.blocked(now),
         )  # fmt: skip
 
     def _jump(self, seen: Percept, command: Command) -> float:

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, get_type_hints
 
 from app.config_names import moved
 from app.errors import ConfigError, options
-from app.text_file import as_text
+from app.text_file import as_text, read_file
 
 # What may be chosen, each with its line of help. Rooms look down: a room above that holds what is
 # chosen from writes its names here.
@@ -192,10 +192,9 @@ def change(params: Params, changes: Mapping[str, Any]) -> Params:
 
 def load_params(path: Path, base: Params | None = None) -> Params:
     """`base` with the values of a flat TOML file; an unknown key or a bad value is named."""
+    content = read_file(path, ConfigError)
     try:
-        table = tomllib.loads(as_text(path, path.read_bytes(), ConfigError))
-    except OSError as e:
-        raise ConfigError(f"{path}: cannot be read ({e.strerror}); give another file") from e
+        table = tomllib.loads(as_text(path, content, ConfigError))
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as e:
         raise ConfigError(f"{path}: not valid TOML ({e}); mend that line") from e
     for key, value in table.items():

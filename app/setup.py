@@ -39,6 +39,8 @@ class Setup:
     def __post_init__(self) -> None:
         if not 50.0 <= self.rate <= 500.0:
             raise ConfigError(f"rate = {self.rate:g} Hz; give a value from 50 to 500")
+        if self.seed < 0:
+            raise ConfigError(f"seed = {self.seed}; give a whole number from 0")
         read_budget(self.world)
         check_people(self.person)
         if self.armed and not self.cell:

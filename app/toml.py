@@ -11,7 +11,7 @@ from msgspec import Meta
 
 from app import toml_words
 from app.errors import FlinchError
-from app.text_file import as_text
+from app.text_file import as_text, read_file
 
 T = TypeVar("T")
 Name = Annotated[str, Meta(min_length=1)]
@@ -33,10 +33,7 @@ def read_toml(path: Path, kind: type[T], error: type[FlinchError], where: str = 
 
     where: how that line begins; default: the path.
     """
-    try:
-        content = path.read_bytes()
-    except OSError as e:
-        raise error(f"{path}: cannot be read ({e.strerror}); give another file") from e
+    content = read_file(path, error)
     try:
         raw = tomllib.loads(as_text(path, content, error))
     except ValueError as e:  # also one that is no UTF-8

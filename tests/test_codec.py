@@ -69,6 +69,7 @@ by_action = {
     actions.Want: st.builds(actions.Want, arrays(), st.none() | arrays(), arrays(), texts),
     actions.GoHome: st.builds(actions.GoHome),
     actions.UseSensor: st.builds(actions.UseSensor, texts, st.booleans()),
+    actions.SpoilSensor: st.builds(actions.SpoilSensor, texts, texts),
     actions.Remark: st.builds(actions.Remark, texts, st.booleans()),
 }
 any_action = st.one_of(*by_action.values())

@@ -94,19 +94,24 @@ def test_no_tracked_text_names_this_machine_or_a_package_registry() -> None:
     assert found == []
 
 
-def examples() -> list[str]:
-    return re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.S)
+MANUAL = sorted((ROOT / "static_assets/manual").glob("*.md"))
+BOOK = [ROOT / "README.md", *MANUAL]
+
+
+def examples(page: Path) -> list[str]:
+    return re.findall(r"```python\n(.*?)```", page.read_text("utf-8"), re.S)
 
 
 def test_the_example_in_the_readme_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    exec(compile(examples()[0], "README.md", "exec"), {})
+    (example,) = examples(ROOT / "README.md")
+    exec(compile(example, "README.md", "exec"), {})
     assert capsys.readouterr().out.startswith("running ")
 
 
-def test_the_controller_in_the_readme_drives_the_arm_and_acts_in_twenty_lines(
+def test_the_controller_in_the_manual_drives_the_arm_and_acts_in_twenty_lines(
     capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
-    _, mine = examples()
+    (mine,) = examples(ROOT / "static_assets/manual/experiments.md")
     assert len(mine.split("def act")[1].splitlines()) <= 20
     (tmp_path / "mine.py").write_text(mine)
     flags = ["--headless", "--seconds", "0.4", "--scene", "approach", "--json"]
@@ -119,11 +124,24 @@ def test_the_controller_in_the_readme_drives_the_arm_and_acts_in_twenty_lines(
         forget(mode)
 
 
-def test_every_flag_in_the_readme_exists() -> None:
-    text = (ROOT / "README.md").read_text("utf-8")
-    used = set(re.findall(r"^\.venv/bin/flinch .*?(?=\s{2,}#|$)", text, re.M))
+@pytest.mark.parametrize("page", BOOK, ids=lambda p: p.stem)
+def test_every_flag_in_the_manual_exists(page: Path) -> None:
+    used = set(re.findall(r"^\.venv/bin/flinch .*?(?=\s{2,}#|$)", page.read_text("utf-8"), re.M))
     flags = {flag for line in used for flag in re.findall(r"--([a-z-]+)", line)}
     known = {flag for command in COMMANDS.values() for flag in flags_of(command)} | {
         t.name.replace("_", "-") for t in tunables()
     }
-    assert flags and flags <= known
+    assert flags <= known
+
+
+@pytest.mark.parametrize("page", BOOK, ids=lambda p: p.stem)
+def test_every_link_of_the_manual_leads_somewhere(page: Path) -> None:
+    links = re.findall(r"\]\(([^)#]+)", page.read_text("utf-8"))
+    near = [link for link in links if "://" not in link]
+    assert [link for link in near if not (page.parent / link).exists()] == []
+
+
+def test_the_readme_is_short_and_leads_to_every_page_of_the_manual() -> None:
+    text = (ROOT / "README.md").read_text("utf-8")
+    assert len(text.splitlines()) <= 150
+    assert [page.name for page in MANUAL if f"manual/{page.name}" not in text] == []

@@ -8,7 +8,7 @@ from app.cli import main
 from app.config import Params, load_params, tunables
 from app.control.registry import kinds
 
-README = Path(__file__).parent.parent / "README.md"
+REFERENCE = Path(__file__).parent.parent / "static_assets/manual/reference.md"
 
 
 def said(capsys, *args):
@@ -28,10 +28,10 @@ def test_a_choice_is_listed_with_all_its_names(capsys):
     assert all(f"{name} = " in line for name in ("qp", "wb", "sm", "multi", "ssm", "paper"))
 
 
-def test_the_table_in_the_readme_is_the_one_that_the_command_prints(capsys):
-    assert said(capsys, "--markdown") in README.read_text("utf-8")
+def test_the_table_in_the_manual_is_the_one_that_the_command_prints(capsys):
+    assert said(capsys, "--markdown") in REFERENCE.read_text("utf-8")
 
 
 def test_the_manual_names_every_controller():
-    rows = re.findall(r"^\| `(\w+)`.* \|", README.read_text("utf-8"), re.M)
+    rows = re.findall(r"^\| `(\w+)`.* \|", REFERENCE.read_text("utf-8"), re.M)
     assert kinds().keys() <= set(rows)

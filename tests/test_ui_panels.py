@@ -18,15 +18,15 @@ from app.actions import (
     SetParams,
 )
 from app.config import Params, tunables
-from app.messages import Command, GhostState, Mode, Notice, Status
+from app.messages import Command, GhostState, Mode, Notice, Status, Timing
 from app.timing import ManualClock
+from app.ui.colours import WARN, css
 from app.ui.pacing import HANDS_OFF, Every
 from app.ui.page import Page
 from app.ui.panels.arm_panel import NOTICE
 from app.ui.panels.background_panel import NOTHING, Stage
 from app.ui.panels.obstacles_panel import SHAPES, placed
 from app.ui.panels.plot_panel import LENGTH
-from app.ui.words import closest_words, link_words
 from app.world.world import World
 from tests.ui_page import (  # noqa: F401 - fixtures
     SENSORS,
@@ -155,20 +155,39 @@ def test_no_notice_hides_the_distance_or_what_holds_the_arm_back(
 ) -> None:
     now = snapshot(engine, notice=Notice("no such body", refused=True), advice="blocked: a wall")
     show(page, engine, now)
-    assert ">Closest 25 cm at the forearm · gives way<" in _text(page.arm.closest.content)
+    assert "Forearm, 25 cm (keeps 25): can give way" in _text(page.arm.closest.content)
     assert "just begun · blocked: a wall" in page.arm.why.content
 
 
-@pytest.mark.parametrize("activation, does", [(0.0, "free"), (0.4, "(40 %)"), (1.0, "gives way")])
-def test_what_the_avoidance_does_is_said_in_words(
-    engine: FakeEngine, activation: float, does: str
+def test_what_cannot_give_way_is_told_apart_with_the_reason(page: Page, engine: FakeEngine) -> None:
+    now = snapshot(engine)
+    fixed = replace(now.nearness.yields, link=2, distance=0.09)
+    show(page, engine, replace(now, nearness=replace(now.nearness, stays=fixed)))
+    assert "Forearm, 25 cm" in _text(page.arm.closest.content)
+    assert "Upper arm, 9 cm: can only turn past it" in _text(page.arm.fixed.content)
+
+
+def test_the_state_is_amber_while_what_can_give_way_is_nearer_than_kept(
+    page: Page, engine: FakeEngine
 ) -> None:
-    links = [link_words(link) for link in engine.robot.links]
-    now = snapshot(engine, command=Command(np.zeros(6), activation=activation))
-    assert closest_words(now, links).endswith(does)
-    stopped = replace(now, status=Status(Mode.STOPPED, "", 0.0))
-    assert closest_words(stopped, links) == "Closest 25 cm at the forearm"
-    assert closest_words(replace(now, pairs=nobody(now.pairs)), links).startswith("Nothing in")
+    now = snapshot(engine)
+    near = replace(now.nearness, yields=replace(now.nearness.yields, distance=0.20))
+    show(page, engine, replace(now, nearness=near))
+    assert css(WARN) in page.arm.state.content
+    assert "closer than kept" in page.arm.closest.content
+    show(page, engine, snapshot(engine))
+    assert css(WARN) not in page.arm.state.content
+
+
+def test_a_slow_computer_is_told_in_the_bar(page: Page, engine: FakeEngine) -> None:
+    slow = Timing({}, 0.1, rate=250.0)
+    for _ in range(3):  # the snapshots here are a second and a hundred ticks apart
+        show(page, engine, snapshot(engine, timing=slow))
+    assert "Slow computer: 100 of 250 Hz" in page.arm.notice.content
+    show(page, engine, snapshot(engine, timing=slow, notice=Notice("no such body", refused=True)))
+    assert "no such body" in page.arm.notice.content
+    show(page, engine, snapshot(engine, tick=0))
+    assert "Slow computer" not in page.arm.notice.content
 
 
 def test_run_hold_and_stop_are_posted_with_who_asked(page: Page, engine: FakeEngine) -> None:

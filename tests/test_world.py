@@ -418,7 +418,7 @@ def test_a_person_cannot_be_dragged_or_removed():
         ({"kind": "panel", "size_m": [1, 1], "thickness_m": 0}, "above zero"),
         ({"kind": "mesh", "file": "none.stl"}, "none.stl is missing"),
         ({"kind": "mesh", "file": 7}, "give a text in quotes"),
-        ({"kind": "mesh", "file": "bad.glb"}, "cannot be read"),
+        ({"kind": "mesh", "file": "bad.glb"}, "not a readable mesh"),
         ({"kind": "mesh", "file": "points.ply"}, "has no faces"),
     ],
 )  # fmt: skip

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from app.errors import SensorError
 from app.messages import Array, JointState, SensorFrame
 from app.robot.model import Robot
 from app.robot.skin import Skin
+from app.text_file import check_file
 
 VERSION = 1
 MAKE = "record one with flinch calibrate mounts --save FILE"
@@ -81,6 +83,7 @@ def save_recording(path: Path, recording: Recording) -> None:
 
 def load_motion(path: Path, robot: Robot, skin: Skin) -> Recording:
     """Read what `save_recording` wrote of this robot and skin; SensorError otherwise."""
+    check_file(path, SensorError, inf)
     try:
         with np.load(path, allow_pickle=False) as file:
             version = int(file["version"])

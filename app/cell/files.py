@@ -37,7 +37,7 @@ from app.cell.parts import LEARNED, Box, Cell, HalfSpace
 from app.errors import ConfigError
 from app.messages import Array, freeze
 from app.poses import pose
-from app.text_file import as_text
+from app.text_file import as_text, read_file
 from app.toml import Name, Positive, Table, Vector, read_toml
 
 Index = Annotated[int, Meta(ge=-FAR, le=FAR)]
@@ -139,12 +139,9 @@ def save_learned(path: Path, learned: Learned) -> None:
 
 def _above(path: Path) -> bytes:
     """What a person wrote: all before the last table, `[learned]`."""
-    try:
-        content = path.read_bytes()
-    except FileNotFoundError:
+    if not path.exists():
         return b""
-    except OSError as e:
-        raise ConfigError(f"{path}: cannot be read ({e.strerror}); give another file") from e
+    content = read_file(path, ConfigError)
     headers = list(HEADER.finditer(content))
     cut = headers[-1].start() if headers else len(content)
     try:

@@ -22,6 +22,7 @@ from app.cli.export import Export
 from app.cli.gallery import Gallery
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
+from app.cli.place import PlaceCommand
 from app.cli.record_skin import RecordSkin
 from app.cli.replay import Replay
 from app.cli.run import Run
@@ -43,6 +44,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "benchmark": Benchmark,
     "doctor": Doctor,
     "coverage": Coverage,
+    "place": PlaceCommand,
     "calibrate": Calibrate,
     "skin": SkinCommand,
     "record-skin": RecordSkin,

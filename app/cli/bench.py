@@ -6,6 +6,7 @@ from typing import Literal
 
 import tyro
 
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 
 
@@ -25,7 +26,7 @@ class Bench(WhichRobot):
     """Ticks a second, 50 to 500."""
     seconds: float = 5.0
     """Length of each measurement [s]."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the sensors' noise and of the people's habits."""
     heavy_urdf: Path | None = None
     """Perception and peers: a UR10e description whose visual meshes are tried as bodies, too."""

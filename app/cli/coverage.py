@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 from app.errors import ConfigError
 
@@ -29,7 +30,7 @@ class Coverage(WhichRobot):
     """How far sensors are counted on [m]; 0: as far as their type finds a grey target."""
     check: int = 0
     """Throw so many spheres before the simulated sensors, at the last posture, and compare."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the throws."""
     jobs: int = 1
     """Number of processes that look at postures."""
@@ -59,7 +60,7 @@ class Coverage(WhichRobot):
         for words in told:
             print(f"flinch: {words}", file=sys.stderr)
         what = f"coverage of {robot.name} by {skin.title!r}, {len(q)} postures ({self.postures})"
-        with _shown("coverage", len(q) + self.check) as done:
+        with shown("coverage", len(q) + self.check) as done:
             found = cover(plan, q, what, self.check, self.seed, self.jobs, done)
         if self.out is not None:
             from app.page import write_sheet
@@ -77,7 +78,7 @@ class Coverage(WhichRobot):
 
 
 @contextmanager
-def _shown(what: str, total: int) -> Iterator[Callable[[int], None]]:
+def shown(what: str, total: int) -> Iterator[Callable[[int], None]]:
     """A bar on a terminal; what is called is to be told how many steps are done."""
     from rich.console import Console
     from rich.progress import Progress

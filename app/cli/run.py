@@ -15,6 +15,7 @@ import tyro
 from app.cli.confirm import confirm
 from app.cli.desktop import has_desktop
 from app.cli.kernels import print_progress
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 from app.config import Params, load_params, tunables
 from app.control.guests.files import welcome
@@ -82,7 +83,7 @@ class Run(WhichRobot):
     """A second controller, by its mode, on a translucent arm of its own, for comparison."""
     rate: float = 250.0
     """Ticks a second, 50 to 500."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the sensors' noise and of the people's habits."""
     background: Path | None = None
     """Keep what is learned of the cell in this file and not in the cell's own."""

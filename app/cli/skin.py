@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 import tyro
 
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 from app.timing import WallClock
 
@@ -21,7 +22,7 @@ class SkinCheck(WhichRobot):
     sensors: str = "simulated"
     """'simulated[@SENSOR]', PATH[@SENSOR] of a recording, or 'serial:PORT=SENSOR', with
     ':latency_ms=MS' if known."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the simulated noise."""
     json: bool = False
     """Print one JSON object."""
@@ -56,7 +57,7 @@ class SkinEmulate(WhichRobot):
     """A scene's name, or the path of its TOML file: the arm stands in it at home."""
     follow: str = ""
     """'ur:HOST': be where that UR is, a virtual one too, as it moves; default: stand at home."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the noise, of the truth and of the faults."""
     world: str = "honest"
     """How far the truth is from the layout: as in `flinch run`."""

@@ -19,6 +19,7 @@ from app.robot.meshes import BodyMesh
 MOST = 3  # capsules of one link
 GAIN = 0.85  # a cut is worth it below this share of the volume
 CUTS = (0.15, 0.3, 0.5, 0.7, 0.85)  # where cuts are tried, shares of the length
+FINEST = 150  # steps along the largest body: one of 1 km would have more points than memory
 SPACING = 0.02  # [m] of the points on the surface; both sides of a cut get those this near
 
 
@@ -65,9 +66,11 @@ def _of_body(vertices: bytes, faces: bytes) -> list[_Fit]:
     """Of one mesh, by its content: a fit costs a tenth of a second and robots are read often."""
     corners = np.frombuffer(vertices).reshape(-1, 3)
     triangles = np.frombuffer(faces, dtype=np.int64).reshape(-1, 3)
-    points, _ = subdivide_to_size(corners, triangles, SPACING, max_iter=12)
+    used = corners[triangles].reshape(-1, 3)
+    spacing = max(SPACING, float(np.ptp(used, axis=0).max()) / FINEST)
+    points, _ = subdivide_to_size(corners, triangles, spacing, max_iter=12)
     pieces = [_fit(np.unique(points, axis=0))]
-    cuts = [_cut(pieces[0])]
+    cuts = [_cut(pieces[0], spacing)]
     while len(pieces) < MOST:
         total = sum(p.volume for p in pieces)
         saved = [p.volume - sum(c.volume for c in cut) for p, cut in zip(pieces, cuts, strict=True)]
@@ -75,19 +78,19 @@ def _of_body(vertices: bytes, faces: bytes) -> list[_Fit]:
         if saved[i] < (1.0 - GAIN) * total:
             break
         new = cuts[i]
-        pieces[i : i + 1], cuts[i : i + 1] = new, [_cut(p) for p in new]
+        pieces[i : i + 1], cuts[i : i + 1] = new, [_cut(p, spacing) for p in new]
     return pieces
 
 
-def _cut(piece: _Fit) -> list[_Fit]:
-    """The best two capsules of a piece, cut across its longest extent."""
+def _cut(piece: _Fit, spacing: float) -> list[_Fit]:
+    """The best two capsules of a piece, cut across its longest extent; spacing: of its points."""
     points = piece.points
     t = points @ _axes(points)[0]
     low, high = t.min(), t.max()
     best: list[_Fit] = [piece]
     for share in CUTS:
         at = low + share * (high - low)
-        sides = points[t <= at + SPACING], points[t >= at - SPACING]
+        sides = points[t <= at + spacing], points[t >= at - spacing]
         if min(map(len, sides)) < 8:
             continue
         two = [_fit(side) for side in sides]

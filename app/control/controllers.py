@@ -66,6 +66,10 @@ class Controllers:
             command = replace(command, reason=self._stuck.words)
         return self._unseen.slowed(command, now, unseen)
 
+    def blocked(self, now: float) -> float:
+        """[s] for how long the tool has come no nearer to its goal; 0 while it does."""
+        return self._stuck.blocked(now)
+
     def brake(self, joints: JointState, dt: float, applied: Array) -> Command:
         """As fast to rest as the limits allow; what was followed before is forgotten.
 

@@ -13,6 +13,7 @@ from collections import OrderedDict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
@@ -42,6 +43,7 @@ from app.record.run_file import (
     WITNESS,
 )
 from app.record.witness import Witness
+from app.text_file import check_file
 from app.tick import Inputs
 
 OPEN_PIECES = 8  # unpacked pieces that are kept
@@ -85,6 +87,7 @@ class FileRecording:
         self._looks: dict[int, BodyView] = {}
         self._about: dict[str, str] = {}
         self._end: dict[str, str] | None = None
+        check_file(path, RecordingError, inf)
         try:
             self._file: BinaryIO = path.open("rb")
         except OSError as e:

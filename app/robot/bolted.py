@@ -9,18 +9,19 @@ from typing import Any
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
-import trimesh
 
 from app.errors import RobotError
 from app.messages import Array
 from app.robot.urdf import add_link, numbers
+from app.surface import check_surface, read_surfaces
 
 
 def read_solid(file: Path, what: str) -> Any:
     """The closed mesh in a file as a trimesh; `what` it is, and the key that names it."""
     if not file.is_file():
         raise RobotError(f"{file}: {what} is missing; put the file there or mend its path")
-    mesh: Any = trimesh.load(file, force="mesh")
+    mesh: Any = read_surfaces(file, RobotError).to_mesh()
+    check_surface(np.asarray(mesh.vertices), np.asarray(mesh.faces), f"{file}: {what}", RobotError)
     if not mesh.is_volume:
         raise RobotError(f"{file}: {what} is not closed; export it as one solid")
     return mesh

@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from app.errors import RobotError, options
 from app.messages import Array, freeze
 from app.robot.tables import Bodies
+from app.surface import check_surface, read_surfaces
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,10 +61,10 @@ class Description:
                 self._file(e.geometry.mesh.filename, link)
         parts = [m for e in entries for m in self._meshes(e, link)]
         mesh: Any = trimesh.util.concatenate(parts)
-        return BodyMesh(
-            freeze(np.array(mesh.vertices, dtype=np.float64)),
-            freeze(np.array(mesh.faces, dtype=np.int64)),
-        )
+        vertices = np.array(mesh.vertices, dtype=np.float64)
+        faces = np.array(mesh.faces, dtype=np.int64)
+        check_surface(vertices, faces, f"{self.path}: the body of link {link!r}", RobotError)
+        return BodyMesh(freeze(vertices), freeze(faces))
 
     def visual(self, link: str) -> trimesh.Scene:
         """The visual meshes of a link, with their materials."""
@@ -102,12 +103,9 @@ class Description:
 
     def _load(self, filename: str, link: str) -> list[trimesh.Trimesh]:
         path = self._file(filename, link)
-        try:
-            scene = trimesh.load_scene(path)
-            if path.suffix.lower() == ".dae":
-                scene = scene.scaled(_metres(scene.units))
-        except Exception as e:  # every format has its own parser and its own errors
-            raise RobotError(f"{path}: not a readable mesh ({e}); export it again") from e
+        scene = read_surfaces(path, RobotError)
+        if path.suffix.lower() == ".dae":
+            scene = scene.scaled(_metres(scene.units))
         meshes = []
         for node in scene.graph.nodes_geometry:
             T, name = scene.graph[node]

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.errors import SensorError
 from app.messages import Array, freeze
+from app.text_file import check_file
 
 OFF, OFF_SHARE = 0.01, 0.08  # [m] and of the distance: no zone is wrong by more
 FEWEST = 10  # good measurements of a zone before its error is believed
@@ -95,8 +96,9 @@ def save_ranges(path: Path, table: RangeTable) -> None:
 
 def load_ranges(path: Path, slots: int) -> RangeTable:
     """Read what `save_ranges` wrote for a skin of so many zones."""
+    check_file(path, SensorError)
     try:
-        with path.open() as file:
+        with path.open(encoding="utf-8") as file:
             at = np.array(file.readline().partition(":")[2].split(), dtype=np.float64)
         offset = np.loadtxt(path, ndmin=2)
     except (OSError, ValueError) as e:

@@ -15,6 +15,7 @@ from xml.etree.ElementTree import Element, SubElement
 
 from app.errors import RobotError
 from app.messages import Array
+from app.text_file import read_file
 
 log = logging.getLogger(__name__)
 SPEED = 1.0  # [rad/s or m/s] of a joint whose URDF gives none
@@ -24,10 +25,9 @@ MOVING = ("revolute", "continuous", "prismatic")
 
 def read_urdf(path: Path) -> Element:
     """The mended <robot> of a URDF file; raises `RobotError` when it is not one."""
+    content = read_file(path, RobotError)
     try:
-        root = ElementTree.parse(path).getroot()
-    except OSError as e:
-        raise RobotError(f"{path}: cannot be read ({e.strerror}); give a URDF file") from e
+        root = ElementTree.fromstring(content)
     except (ElementTree.ParseError, ValueError) as e:
         raise RobotError(f"{path}: not a readable URDF ({e}); mend it") from e
     if root.tag != "robot":

@@ -7,6 +7,7 @@ played: an hour of it takes no more room than a second.
 
 from collections.abc import Generator, Mapping
 from dataclasses import dataclass, replace
+from math import inf
 from pathlib import Path
 from typing import Protocol
 
@@ -24,6 +25,7 @@ from app.sensing.port import PortFacts, Tap
 from app.sensing.port_spec import PortSpec, named_sensors, parse_ports
 from app.sensing.serial_skin import SerialSkin
 from app.sensing.stream import Arrival, Stream
+from app.text_file import check_file
 
 MAGIC = b"\x89MCAP0\r\n"
 LARGEST = 1 << 26  # [bytes] of a record; a larger one is a torn length
@@ -203,6 +205,7 @@ class Tape:
 
 def _records(path: Path) -> Generator[McapRecord]:
     """Records in their order; a SensorError where the file is torn."""
+    check_file(path, SensorError, inf)
     try:
         with path.open("rb") as file:
             yield from StreamReader(file, record_size_limit=LARGEST).records

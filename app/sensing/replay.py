@@ -16,8 +16,9 @@ from app.messages import Array, SensorFrame, freeze
 from app.robot.posture import Posture
 from app.robot.skin import Sensor, Skin
 from app.sensing.source import Unfailing
-from app.text_file import as_text
+from app.text_file import as_text, read_file
 
+LARGEST = 2**30  # bytes of a recording: days of one sensor
 GRIDS = ((8, 8), (4, 4))  # that such files have, the usual one first
 NAME = "state_ToF.csv"
 Rows = NDArray[np.int64]
@@ -134,10 +135,9 @@ def check_grid(recording: Recording, sensor: Sensor) -> None:
 
 def _lines(file: Path) -> list[str]:
     """The lines of a file, without empty ones at its end."""
+    content = read_file(file, SensorError, LARGEST)
     try:
-        lines = as_text(file, file.read_bytes(), SensorError).splitlines()
-    except OSError as e:
-        raise SensorError(f"{file}: cannot be read ({e.strerror}); give a recording") from e
+        lines = as_text(file, content, SensorError).splitlines()
     except UnicodeDecodeError as e:
         raise SensorError(f"{file}: is not text; give a {NAME} recording") from e
     while lines and not lines[-1].strip():

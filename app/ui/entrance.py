@@ -13,6 +13,7 @@ from typing import NamedTuple
 from urllib.parse import urlsplit
 
 from app.errors import AccessError, ConfigError
+from app.text_file import read_text
 
 VARIABLE = "FLINCH_TOKEN"
 SHORTEST = 16  # characters; 16 hexadecimal digits are 64 bits, hopeless at one try in a second
@@ -50,9 +51,9 @@ def operator_token(
     if file is not None:
         source = str(file)
         try:
-            token = file.read_text("utf-8").strip()
-        except (OSError, UnicodeDecodeError) as e:
-            raise AccessError(f"the token file {file} cannot be read ({e}); {HOW}") from e
+            token = read_text(file, AccessError).strip()
+        except AccessError as e:
+            raise AccessError(f"the token file {e}; {HOW}") from e
     named = file is not None or VARIABLE in environment
     where = beyond(host, origins)
     if where and not named:

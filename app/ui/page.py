@@ -8,6 +8,7 @@ import viser
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
+from app.ui.chosen import Chosen
 from app.ui.desk import Desk
 from app.ui.engine import Engine
 from app.ui.gate import Gate
@@ -16,17 +17,20 @@ from app.ui.panels.background_panel import BackgroundPanel
 from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.health_panel import HealthPanel
+from app.ui.panels.help_panel import show_help
 from app.ui.panels.move_panel import MovePanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.record_panel import RecordPanel
-from app.ui.panels.sensors_panel import SensorsPanel
+from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
+from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
+from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
@@ -111,7 +115,11 @@ class Page:
         self.cones = BlindView(server, engine)
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
-        self.pair = PairView(server, engine)
+        self.chosen = Chosen(engine.skin)
+        self.clicked = ChosenView(server, engine, self.chosen)
+        listen_to_clicks(server, engine, self.chosen, self.cloud)
+        self.reading = Reading(engine.robot)
+        self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
         self.goal = GoalView(server, engine, clock)
@@ -119,7 +127,7 @@ class Page:
 
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.arm = ArmPanel(server, engine, clock)
+        self.arm = ArmPanel(server, engine, clock, self.reading)
         self.control = ControlPanel(server, engine, clock)
         self.blind = show_blind(server, engine)
         tabs = gui.add_tab_group()
@@ -132,15 +140,16 @@ class Page:
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
             self.params = ParamsPanel(server, engine, clock)
-        with tabs.add_tab("Health"):
-            self.sensors = SensorsPanel(server, engine)
-            self.health = HealthPanel(server, engine, traffic)
+        with tabs.add_tab("Skin"):
+            self.skin = SkinPanel(server, engine, self.chosen)
+            with gui.add_folder("How well it runs", expand_by_default=False):
+                self.health = HealthPanel(server, engine, traffic)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("Help"):
-            gui.add_markdown((asset_folder("static_assets") / "help.md").read_text("utf-8"))
+            show_help(server, asset_folder("static_assets") / "manual")
         charts = gui.add_panel()
         with charts.add_tab("Distance", viser.Icon.CHART_LINE):
             self.plot = PlotPanel(server)
@@ -148,10 +157,10 @@ class Page:
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
-            self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
-            self.world, self.arm, self.control, self.obstacles, self.background, self.move,
-            self.params, self.plot, self.health, self.memory, self.roles, self.sensors,
-            self.separation, self.cones,
+            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
+            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
+            self.move, self.params, self.plot, self.health, self.memory, self.roles,
+            self.skin, self.separation, self.cones, self.clicked,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
@@ -165,6 +174,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage, self.cones,
+            self.cell, self.stage, self.cones, self.clicked,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

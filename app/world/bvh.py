@@ -12,7 +12,7 @@ import numpy as np
 
 from app.errors import WorldError
 from app.messages import Array
-from app.text_file import as_text
+from app.text_file import read_text
 
 MOVES = {"Xposition": 0, "Yposition": 1, "Zposition": 2}
 TURNS = {"Xrotation": 0, "Yrotation": 1, "Zrotation": 2}
@@ -45,11 +45,7 @@ class Skeleton:
 
 def load_bvh(path: Path) -> Skeleton:
     """The joints of a file over time; WorldError naming the line and the remedy."""
-    try:
-        text = as_text(path, path.read_bytes(), WorldError)
-    except (OSError, UnicodeDecodeError) as e:
-        raise WorldError(f"clip {path}: cannot be read ({e}); give a BVH file") from e
-    reader = _Reader(path, text)
+    reader = _Reader(path, read_text(path, WorldError))
     joints = reader.hierarchy()
     frame_time, values = reader.motion(sum(len(j.channels) for j in joints))
     return Skeleton(joints, frame_time, _points(joints, values))

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import trimesh
 from numpy.typing import NDArray
 
 from app.errors import WorldError
 from app.messages import Array, freeze
 from app.raycast import RigidMesh
+from app.surface import check_surface, read_surfaces
 from app.toml import checked
 from app.world.tables import (
     BoxShape,
@@ -124,16 +124,8 @@ def _mesh(table: MeshShape, folder: Path, where: str) -> Shape:
     path = folder / table.file
     if not path.is_file():
         raise WorldError(f"{where}: file {path} is missing; put it there or mend 'file'")
-    try:
-        mesh = trimesh.load_mesh(path, process=False)
-    except Exception as e:  # every format's reader raises its own kind
-        why = " ".join(str(e).split())
-        told = f"{where}: file {path} cannot be read ({why}); give STL, OBJ or GLB"
-        raise WorldError(told) from e
-    faces = np.array(getattr(mesh, "faces", ()), dtype=np.int64)
-    if len(faces) == 0:
-        raise WorldError(f"{where}: file {path} has no faces; export it as a surface mesh")
+    mesh = read_surfaces(path, WorldError, merge=False, where=f"{where}: file ").to_mesh()
+    faces = np.array(mesh.faces, dtype=np.int64)
     vertices = np.array(mesh.vertices, dtype=np.float64) * table.scale
-    if not np.isfinite(vertices).all():
-        raise WorldError(f"{where}: file {path} has points at infinity; export it again")
+    check_surface(vertices, faces, f"{where}: file {path}", WorldError)
     return Shape("mesh", (), vertices, faces)

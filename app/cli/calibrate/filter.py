@@ -5,6 +5,7 @@ from pathlib import Path
 
 import tyro
 
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 
 
@@ -16,7 +17,7 @@ class CalibrateFilter(WhichRobot):
     """'simulated', or PATH[@SENSOR]: an arm at rest at home with nothing near it."""
     ranges: Path | None = None
     """Table of each zone's range error, from `flinch calibrate ranges`."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of a simulated calibration."""
     world: str = "honest"
     """How far the simulated truth is from the layout: as in `flinch run`."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import tyro
 
 from app.cli.confirm import confirm
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 from app.errors import ConfigError
 
@@ -51,7 +52,7 @@ class CalibrateMounts(WhichRobot):
     """Table of each zone's range error, from `flinch calibrate ranges`."""
     world: str = "honest"
     """simulated: how far the world is from what is believed; see `flinch run --world`."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the simulation and of the postures."""
     json: bool = False
     """Print one JSON object."""

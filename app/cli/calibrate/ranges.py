@@ -5,6 +5,7 @@ from pathlib import Path
 
 import tyro
 
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 
 
@@ -18,7 +19,7 @@ class CalibrateRanges(WhichRobot):
     """Table to begin or to add to; `flinch run --ranges FILE` uses it."""
     distance: float = 0.0
     """Distance of a recorded wall from the lens [m]."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the simulated sensors."""
     world: str = "honest"
     """How far the simulated truth is from the layout: as in `flinch run`."""

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.cli.seed import Seed
 from app.errors import ConfigError
 
 
@@ -14,7 +15,7 @@ class Frontier:
     """Number of postures of each arm."""
     seeds: int = 2
     """Number of arms, each with its own errors."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the first arm."""
     world: str = "honest"
     """Error budget of the simulation: 'honest', or with single parts, 'honest,body=0'."""

@@ -3,6 +3,7 @@
 import sys
 from dataclasses import dataclass
 
+from app.cli.seed import Seed
 from app.cli.which import WhichRobot
 from app.errors import ConfigError
 
@@ -13,7 +14,7 @@ class Mounts(WhichRobot):
 
     seeds: int = 20
     """Number of arms."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the first."""
     seconds: float = 300.0
     """Of motion, at most [s]."""

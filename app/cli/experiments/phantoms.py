@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from app.cli.seed import Seed
 from app.errors import ConfigError
 
 
@@ -18,7 +19,7 @@ class Phantoms:
     """Names of the conditions to run; all where left out."""
     world: str = "honest"
     """Error budget of the simulation: 'honest', or with single parts, 'honest,cover=0'."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the first arm."""
     json: bool = False
     """Print one JSON object."""

@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 from pathlib import Path
 
+from app.cli.seed import Seed
 from app.errors import ConfigError
 
 
@@ -15,7 +16,7 @@ class Ranges:
     """Number of frames of each wall."""
     seeds: int = 6
     """Number of sensors that look at each wall, each with its own seed."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the first of them."""
     data: Path | None = None
     """A folder with recorded frames (state_ToF.csv) to set beside them."""

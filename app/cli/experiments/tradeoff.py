@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from app.cli.seed import Seed
 from app.errors import ConfigError
 
 
@@ -23,7 +24,7 @@ class Tradeoff:
     """Length of the runs beside the person [s]."""
     seeds: int = 3
     """Number of runs of each point, each with its own seed."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the noise and of the people's habits."""
     jobs: int = 1
     """Number of processes."""

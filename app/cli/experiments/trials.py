@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from app.cli.experiments.running import Running
 from app.cli.experiments.told import write_told
+from app.cli.seed import Seed
 from app.errors import ConfigError
 
 
@@ -26,7 +27,7 @@ class Trials(Running):
     """Length of each trial [s]."""
     rate: float = 125.0
     """Ticks a second [Hz]."""
-    seed: int = 0
+    seed: Seed = 0
     """Seed of the first trial."""
     world: str = "honest"
     """Error budget of the simulation: honest or ideal, and single parts: honest,mounting=0."""

@@ -21,6 +21,7 @@ from app.config import Params
 from app.control.registry import controller, forget, kinds
 from app.errors import ConfigError, options
 from app.needs import Needs
+from app.text_file import read_text
 
 if TYPE_CHECKING:  # a name is checked before kernels are wanted
     from app.control.clearance import Clearance
@@ -98,10 +99,7 @@ def _parted(name: str) -> tuple[Path, str, str]:
     if not path.is_file():
         known = options(file, (p.name for p in shipped.glob("*.py")))
         raise ConfigError(f"no file {file!r} with a controller; give its path; {known}")
-    try:
-        return path, path.read_text("utf-8"), wanted
-    except (OSError, UnicodeDecodeError) as e:
-        raise ConfigError(f"{path}: cannot be read ({e}); give another file") from e
+    return path, read_text(path, ConfigError), wanted
 
 
 def _module(path: Path, digest: str) -> ModuleType:
@@ -113,7 +111,7 @@ def _module(path: Path, digest: str) -> ModuleType:
         sys.path.append(folder)
     sys.modules[module.__name__] = module
     try:
-        exec(compile(path.read_text("utf-8"), str(path), "exec"), module.__dict__)
+        exec(compile(read_text(path, ConfigError), str(path), "exec"), module.__dict__)
     except (Exception, SystemExit) as e:
         del sys.modules[module.__name__]
         lines = [t.lineno for t in traceback.extract_tb(e.__traceback__) if t.filename == str(path)]
