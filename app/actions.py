@@ -72,6 +72,22 @@ class RunProgram:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
+class Place:
+    """A taught waypoint: where the tool goes (4, 4) and how long it stays [s]."""
+
+    T_base_tool: Array
+    dwell: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class RunTaught:
+    """Follow places that a person has taught, in their order; known as a program from then on."""
+
+    name: str
+    places: tuple[Place, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
 class Jog:
     """Move the tool as long as these come; the wish lapses by itself (`app.control.jogging`).
 
@@ -169,6 +185,7 @@ Action = (
     | ForgetBackground
     | SetPose
     | RunProgram
+    | RunTaught
     | Jog
     | JogJoints
     | Want

@@ -39,7 +39,10 @@ class Wishes:
                 self.notice = NO_NOTICE  # they come twenty times a second
             try:
                 match action:
-                    case asked.SetGoal() | asked.SetPose() | asked.RunProgram() | asked.GoHome():
+                    case (
+                        asked.SetGoal() | asked.SetPose() | asked.GoHome()
+                        | asked.RunProgram() | asked.RunTaught()
+                    ):  # fmt: skip
                         self.errand.take(action, T_base_tool)
                     case asked.Jog() | asked.JogJoints() | asked.Want():
                         self._move_by_hand(action, x.now, guard)
@@ -73,6 +76,8 @@ class Wishes:
         if guard.mode not in (Mode.RUNNING, Mode.HOLDING):
             raise ValueError(STANDS)
         self.errand.jog(action, now)
+        if self.notice.refused:
+            self.notice = NO_NOTICE  # what was refused before is done now
         if guard.mode is Mode.RUNNING and self.errand.by_hand:
             guard.ask(Mode.HOLDING, action.reason, now)
 

@@ -60,6 +60,11 @@ by_action = {
     actions.DiscardBackground: st.builds(actions.DiscardBackground),
     actions.ForgetBackground: st.builds(actions.ForgetBackground),
     actions.Jog: st.builds(actions.Jog, shares, st.none() | arrays(), texts),
+    actions.RunTaught: st.builds(
+        actions.RunTaught,
+        texts,
+        st.lists(st.builds(actions.Place, arrays(), numbers), max_size=3).map(tuple),
+    ),
     actions.JogJoints: st.builds(actions.JogJoints, shares, texts),
     actions.Want: st.builds(actions.Want, arrays(), st.none() | arrays(), arrays(), texts),
     actions.GoHome: st.builds(actions.GoHome),

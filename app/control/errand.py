@@ -4,16 +4,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from app.actions import GoHome, Jog, JogJoints, RunProgram, SetGoal, SetPose, Want
+from app.actions import GoHome, Jog, JogJoints, RunProgram, RunTaught, SetGoal, SetPose, Want
 from app.config import Params
 from app.control.jogging import RAMP, Jogging, homeward
-from app.control.programs import Program, ProgramRun
+from app.control.programs import Program, ProgramRun, taught
 from app.errors import ConfigError, options
 from app.messages import Array, Goal, JointState, Mode, Wish, freeze
 from app.poses import transform
 from app.robot.model import Robot
 from app.robot.posture import Posture, rigid
 
+Goals = SetGoal | SetPose | RunProgram | RunTaught | GoHome
 GENTLY = 0.05  # share of the speed with which the way home begins
 
 
@@ -53,7 +54,7 @@ class Errand:
         self._jogging.reset()
         self._home = min(self._home, GENTLY)
 
-    def take(self, action: SetGoal | SetPose | RunProgram | GoHome, T_base_tool: Array) -> None:
+    def take(self, action: Goals, T_base_tool: Array) -> None:
         """A new goal or program; raises FlinchError or ValueError and changes nothing then."""
         goal, program = self.goal, self.program
         self._take(action, T_base_tool)
@@ -61,7 +62,7 @@ class Errand:
             self._jogging.reset()
             self._home = GENTLY if isinstance(action, GoHome) else 0.0
 
-    def _take(self, action: SetGoal | SetPose | RunProgram | GoHome, T_base_tool: Array) -> None:
+    def _take(self, action: Goals, T_base_tool: Array) -> None:
         match action:
             case GoHome():
                 T = self._robot.posture(self._robot.home).T_base_tool
@@ -71,6 +72,9 @@ class Errand:
             case SetPose(position=position, rpy=rpy):
                 T = rigid(transform(np.array(position), np.array(rpy)))
                 self.goal, self.program = Goal(freeze(T)), None
+            case RunTaught(name=name, places=places):
+                self.programs[name] = taught(name, places)
+                self.program = ProgramRun(self.programs[name], T_base_tool.copy())
             case RunProgram(name=""):
                 self.program = None  # it rests at the present goal
             case RunProgram(name=name):

@@ -14,10 +14,10 @@ from app.ui.panels.arm_panel import ArmPanel
 from app.ui.panels.background_panel import BackgroundPanel
 from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
-from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.help_panel import show_help
 from app.ui.panels.legend import Legend
+from app.ui.panels.move_panel import MovePanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
@@ -31,6 +31,7 @@ from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
 from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
 from app.ui.scene.memory_view import MemoryView
@@ -41,6 +42,7 @@ from app.ui.scene.stage import Stage
 from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
+from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
 
 TOUR = (  # heard by static_assets/page/tour.js
@@ -96,6 +98,7 @@ class Page:
 
     def stop(self) -> None:
         self.pump.stop()
+        self.coverage.close()
         close_page(self.server)
 
     def __enter__(self) -> Self:
@@ -113,6 +116,28 @@ class Page:
     def _build(self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None) -> None:
         server, gui = self.server, self.server.gui
         traffic = Traffic(server)
+        self._build_scene(engine, clock)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(400)
+        self.arm = ArmPanel(server, engine, clock, self.reading)
+        self.control = ControlPanel(server, engine, clock)
+        self.blind = show_blind(server, engine)
+        self._build_tabs(engine, clock, shapes, desk, traffic)
+        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
+        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
+
+        views: tuple[View, ...] = (
+            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
+            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
+            self.move, self.params, self.plot, self.health, self.memory, self.roles,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage,
+        )  # fmt: skip
+        if self.record is not None:
+            views = (*views, self.record)
+        self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
+
+    def _build_scene(self, engine: Engine, clock: Clock) -> None:
+        server = self.server
         self.stage = Stage(server, engine)
         self.cell = CellView(server, engine.cell)
         self.robot = RobotView(server, engine)
@@ -121,7 +146,6 @@ class Page:
         self.memory = MemoryView(server)
         self.chosen = Chosen(engine.skin)
         self.clicked = ChosenView(server, engine, self.chosen)
-        listen_to_clicks(server, engine, self.chosen, self.cloud)
         self.reading = Reading(engine.robot)
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
@@ -129,16 +153,13 @@ class Page:
         self.goal = GoalView(server, engine, clock)
         self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
 
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(400)
-        self.arm = ArmPanel(server, engine, clock, self.reading)
-        self.control = ControlPanel(server, engine, clock)
-        self.blind = show_blind(server, engine)
-        switches = self._switches()
-        self.legend = Legend(server, switches)
+    def _build_tabs(
+        self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None, traffic: Traffic
+    ) -> None:
+        server, gui = self.server, self.server.gui
         tabs = gui.add_tab_group()
         with tabs.add_tab("Move"):
-            self.goals = GoalPanel(server, engine)
+            self.move = MovePanel(server, engine, clock)
         with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
             self.background = BackgroundPanel(server, engine)
@@ -147,29 +168,22 @@ class Page:
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
         with tabs.add_tab("Plots"):
-            self.plot = PlotPanel(server)
+            self.plot = PlotPanel(server, engine)
         with tabs.add_tab("Settings"):
-            self.params = ParamsPanel(server, engine, clock)
+            shelf = Shelf(desk.folder, "settings") if desk is not None else None
+            self.params = ParamsPanel(server, engine, clock, shelf)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, engine)
+            switches = self._switches()
             self.switches = ViewPanel(server, [s for s in switches if s.sign is None])
         with tabs.add_tab("Help"):
             gui.add_html(TOUR)
             show_help(server, asset_folder("static_assets") / "manual")
-        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
-
-        views: tuple[View, ...] = (
-            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
-            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
-            self.goals, self.params, self.plot, self.health, self.memory, self.roles,
-            self.skin, self.separation, self.cones, self.clicked,
-        )  # fmt: skip
-        if self.record is not None:
-            views = (*views, self.record)
-        self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
+        self.legend = Legend(server, switches)
 
     def _let_go(self, page: int) -> None:
         """The page has lost the lease, maybe with the mouse on a handle."""
@@ -179,6 +193,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage, self.cones, self.clicked,
+            self.cell, self.stage, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

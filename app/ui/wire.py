@@ -20,6 +20,7 @@ from app.ui.entrance import LONGEST
 WATCHING: tuple[type[m.Message], ...] = (m.ViewerCameraMessage,)
 OPERATING: tuple[type[m.Message], ...] = (
     m.GuiUpdateMessage,
+    m.GuiButtonHoldMessage,
     m.CommandTriggerMessage,
     m.TransformControlsDragStartMessage,
     m.TransformControlsUpdateMessage,
@@ -111,6 +112,8 @@ def _check(kind: str, table: dict[str, Any]) -> None:
             raise UnusedError("a rectangle drawn over the scene")
         if None in (table.get("ray_origin"), table.get("ray_direction")):
             raise MalformedError("a click in the scene without its ray")
+    if not _number(table.get("frequency", 1.0)):
+        raise MalformedError(f"a {kind} whose frequency is no number")
     wxyz = table.get("wxyz")
     if wxyz is not None and not 0.5 < sum(v * v for v in wxyz) < 2.0:
         raise UnusedError(f"a {kind} whose wxyz is no rotation")
