@@ -7,18 +7,8 @@ import pytest
 
 from app.config import Params
 from app.control.nearness import ABLE, nearness
-from app.messages import (
-    NOT_NEAR,
-    NOTHING_NEAR,
-    Command,
-    Goal,
-    Mode,
-    Near,
-    Nearness,
-    Pairs,
-    Snapshot,
-    Status,
-)
+from app.messages import Command, Goal, Mode, Pairs, Snapshot, Status
+from app.near import NOT_NEAR, NOTHING_NEAR, Near, Nearness
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.ui.colours import ALARM, CALM, NEAR, WARN

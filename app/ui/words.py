@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from app.control.registry import kind_of
-from app.messages import Mode, Near, Nearness, Snapshot
+from app.messages import Mode, Snapshot
+from app.near import Near, Nearness
 from app.robot.model import Robot
 
 WORD = {

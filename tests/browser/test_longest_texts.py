@@ -12,7 +12,8 @@ from hands import until
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
 
-from app.messages import Command, Mode, Near, Nearness, Notice, Status
+from app.messages import Command, Mode, Notice, Status
+from app.near import Near, Nearness
 from app.robot.model import Robot
 from app.ui.page import Page
 from tests.ui_page import FakeEngine, fake_skin, snapshot

@@ -9,7 +9,8 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.messages import Array, Near, Pairs, Snapshot
+from app.messages import Array, Pairs, Snapshot
+from app.near import Near
 from app.ui.colours import CALM, DARK, FIXED, RGB
 from app.ui.engine import Engine
 from app.ui.reading import Reading
