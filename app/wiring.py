@@ -12,6 +12,7 @@ from app.choices import build_robot, choose_home, choose_skin, limited
 from app.config import Params
 from app.control.beginning import warnings
 from app.control.programs import Program, find_program, load_program, shipped_programs
+from app.control.reach import reach_words
 from app.control.registry import kind_of
 from app.errors import ConfigError
 from app.ghost import Ghost
@@ -85,7 +86,8 @@ def build_engine(
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
         near = warnings(engine.robot, cell, arm.state(clock.now()).q)
-        engine.warnings = (*blind_words(robot, skin), *near)
+        lost = reach_words(own, engine.robot, cell) if setup.program else ()
+        engine.warnings = (*lost, *blind_words(robot, skin), *near)
         if learned_file is not None:
             engine.follow(Keeper(learned_file, engine.post))
         if setup.ghost:
