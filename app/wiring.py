@@ -32,7 +32,7 @@ from app.runtime import Engine
 from app.sensing.mixed import MixedSkin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
-from app.setup import SIMULATED, Setup
+from app.setup import SIMULATED, Setup, driver_host
 from app.sources import SimulatedEyes, build_eye, build_source, encoder_noise, real_title
 from app.timing import Clock
 from app.world.cells import find_cell, is_scene, read_cell
@@ -204,4 +204,4 @@ def _arm(setup: Setup, robot: Robot, home: Array | None, noise: float) -> Arm:
         return SimulatedArm(robot, home, noise=noise, seed=setup.seed)
     from app.robot.ur.driver import UrArm
 
-    return UrArm(setup.driver.removeprefix("ur:"), robot, armed=setup.armed)
+    return UrArm(driver_host(setup.driver), robot, armed=setup.armed)
