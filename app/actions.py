@@ -71,6 +71,62 @@ class RunProgram:
     name: str
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Place:
+    """A taught waypoint: where the tool goes (4, 4) and how long it stays [s]."""
+
+    T_base_tool: Array
+    dwell: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class RunTaught:
+    """Follow places that a person has taught, in their order; known as a program from then on."""
+
+    name: str
+    places: tuple[Place, ...]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Jog:
+    """Move the tool as long as these come; the wish lapses by itself (`app.control.jogging`).
+
+    share:       -1..1 of the speeds that are set, along x, y, z and about x, y, z; all 0: let go.
+    R_base_axes: (3, 3) whose axes these are; None: the tool's own, which turn with it.
+    """
+
+    share: tuple[float, ...]
+    R_base_axes: Array | None = None
+    reason: str = "moved by a person"
+
+
+@dataclass(frozen=True, slots=True)
+class JogJoints:
+    """The same joint by joint: -1..1 of the speeds that are set, (n,)."""
+
+    share: tuple[float, ...]
+    reason: str = "moved by a person"
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Want:
+    """What a program asks for in SI units, as long as these come; one of the three is given.
+
+    T_base_tool: (4, 4) a pose to go to at the speeds that are set.
+    twist:       (6,) [m/s, rad/s] of the tool, axes of the base.   qd: (n,) [rad/s].
+    """
+
+    T_base_tool: Array | None = None
+    twist: Array | None = None
+    qd: Array | None = None
+    reason: str = "moved by a program"
+
+
+@dataclass(frozen=True, slots=True)
+class GoHome:
+    """Make the robot's home posture the goal: the joints go there, not only the tool."""
+
+
 @dataclass(frozen=True, slots=True)
 class LearnBackground:
     """Learn the still world of the next `seconds` as a preview, to be kept or discarded."""
@@ -101,7 +157,16 @@ class UseSensor:
     real: bool
 
 
-OF_THE_PLANT = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor)  # the brain has no part
+@dataclass(frozen=True, slots=True)
+class SpoilSensor:
+    """Do to a sensor, by its index, what `app.sensing.spoiled.HOW` names: switch it off, say."""
+
+    sensor: int
+    how: str
+
+
+# the brain has no part in these
+OF_THE_PLANT = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor, SpoilSensor)
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,11 +185,17 @@ Action = (
     | ForgetBackground
     | SetPose
     | RunProgram
+    | RunTaught
+    | Jog
+    | JogJoints
+    | Want
+    | GoHome
     | SetParams
     | SetMode
     | AddObstacle
     | MoveObstacle
     | RemoveObstacle
     | UseSensor
+    | SpoilSensor
     | Remark
 )

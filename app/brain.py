@@ -15,18 +15,31 @@ from typing import NamedTuple
 
 import numpy as np
 
+from app.actions import Jog, JogJoints, Want
 from app.cell.parts import Cell
 from app.config import Params
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.controllers import Controllers
 from app.control.errand import Errand
+from app.control.nearness import nearness
 from app.control.path import StraightPath
 from app.control.programs import Program, ProgramRun, Waypoint
+from app.control.wish import granted
 from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
-from app.messages import Array, Command, Goal, JointState, Mode, freeze
+from app.messages import (
+    Array,
+    Command,
+    Goal,
+    Granted,
+    JointState,
+    Mode,
+    Nearness,
+    Wish,
+    freeze,
+)
 from app.perception.blindness import Cones
 from app.perception.look import Links
 from app.perception.perceiver import Perceiver
@@ -44,7 +57,7 @@ from app.wishes import Wishes
 FACTS = (Robot, Skin, RigidMesh, Links, SelfFilter, Clearance, Cones)
 
 # what its state may come to hold later on
-LATER = (Goal, Program, ProgramRun, StraightPath, Waypoint)
+LATER = (Goal, Program, ProgramRun, StraightPath, Waypoint, Jog, JogJoints, Want, Granted, Wish)
 
 
 def no_lap(room: str) -> None:
@@ -96,9 +109,10 @@ class Brain:
         self._perception.reset()
         self._controllers.reset()
         self._controllers.know(self.cell.learned)
-        self.wishes = Wishes(params, Errand(programs, goal))
+        self.wishes = Wishes(params, Errand(self.robot, programs, goal))
         self._guard = Guard(self.robot, self.skin, begin)
         self._point: Array | None = None  # control point of the last tick
+        self._granted: Granted | None = None  # what became of a wish in this tick
         self._q = self.robot.home  # the last joint positions that were finite
 
     def digest(self) -> str:
@@ -148,7 +162,7 @@ class Brain:
     def _tick(self, x: Inputs, lap: Callable[[str], None]) -> Outputs:
         if not (np.isfinite(x.joints.q).all() and np.isfinite(x.joints.qd).all()):
             raise FlinchError("the arm reports a joint value that is not finite")
-        self._q = x.joints.q
+        self._q, self._granted = x.joints.q, None
         posture = self.robot.posture(x.joints.q)
         tool, errand, mind = posture.T_base_tool, self.wishes.errand, self._controllers
         if self._guard.listen(x) or errand.held is None:
@@ -158,13 +172,19 @@ class Brain:
         frames = self._guard.believed(x.frames)
         seen = self._perception.update(frames, x.joints, posture, p, mind.needs(p), x.dt, lap)
         share, moving = self._guard.judge(x, p.silence, self._perception.unable)
-        goal = errand.update(self._guard.mode, moving, tool, x.dt)
+        mode = self._guard.mode
+        goal = errand.update(mode, moving, tool, x.dt)
+        wish = errand.wish(mode, moving, x.now, x.dt, posture, x.joints, p)
         if moving:
             now = Situation(
                 posture, x.joints, seen.steady, goal, p, x.dt, share, x.applied, frames,
-                seen.cloud, seen.memory,
+                seen.cloud, seen.memory, wish,
             )  # fmt: skip
             command = mind.update(now, self._guard.unseen)
+            if wish is not None:
+                self._granted = granted(
+                    wish, command, posture, seen.steady, self.robot, p.joint_speed
+                )
         else:
             command = mind.brake(x.joints, x.dt, x.applied)
         if not np.isfinite(command.qd).all():
@@ -174,6 +194,7 @@ class Brain:
 
     def _blindly(self, x: Inputs, trace: str) -> Outputs:
         """A tick that failed: brake, with what was believed before."""
+        self._granted = None
         joints = JointState(x.joints.stamp, self._q, np.zeros(self.robot.n))
         seen = self._perception.recall(joints, self.params)
         command = self._controllers.brake(joints, x.dt, x.applied)
@@ -195,7 +216,17 @@ class Brain:
             advice=x.arm.advice or guard.advice(command) or command.reason,
             program=errand.program.words if errand.program else "", reached=errand.reached,
             jump=self._jump(seen, command), trace=trace, blind=guard.blind_share,
-            unable=guard.unable,
+            unable=guard.unable, granted=self._granted,
+            nearness=self._nearness(x.now, seen, command, goal),
+        )  # fmt: skip
+
+    def _nearness(self, now: float, seen: Percept, command: Command, goal: Goal) -> Nearness:
+        """Of the body's points, also where a controller looks at the sensors' mounts only."""
+        mind = self._controllers
+        mounts = mind.needs(self.params).pairs == "mounts"
+        return nearness(
+            seen.body if mounts else seen.pairs, seen.steady, command.control_row, seen.posture,
+            self.robot.qd_max, goal, mind.blocked(now),
         )  # fmt: skip
 
     def _jump(self, seen: Percept, command: Command) -> float:

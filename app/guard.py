@@ -33,6 +33,7 @@ NAMED = 3  # sensors in a sentence; a person looks up the rest on the page
 TELLS, TELLS_PARTLY = np.zeros((2, len(Unable)), dtype=bool)
 TELLS[[*SEEING]] = TELLS_PARTLY[[*SEEING, Unable.BAD_STATUS]] = True
 STALL = 0.2  # [s] a tick later than this is a stall of this machine: three frames at 15 Hz
+MOVES = {Mode.RUNNING, Mode.HOLDING}
 NOT_SEEN = "waits for the first frames"
 
 
@@ -85,8 +86,8 @@ class Guard:
 
     def ask(self, mode: Mode, reason: str, now: float) -> None:
         """A person asks for a mode."""
-        if mode is not Mode.STOPPED:
-            self._listening = now
+        if mode is not Mode.STOPPED and not {mode, self.mode} <= MOVES:
+            self._listening = now  # an arm that goes on moving has fresh frames already
         self._supervisor.request(mode, reason, now)
 
     def fault(self, reason: str, now: float) -> None:
@@ -118,8 +119,9 @@ class Guard:
             share = speed_share(age, slow_after, silence)
             if share < 1.0:
                 self._late = f"slow: the sensors are silent for {age:.1f} s"
-        moves = self.mode in (Mode.RUNNING, Mode.HOLDING)
-        return share * x.arm.pace, moves and x.arm.ready and self.health.heard_since(since)
+        return share * x.arm.pace, self.mode in MOVES and x.arm.ready and self.health.heard_since(
+            since
+        )
 
     def advice(self, command: Command) -> str:
         """What a person should know of the sensors, and what it costs; empty if all can tell."""

@@ -163,6 +163,53 @@ class Pairs:
         return row if self.source is None or row < 0 else int(self.source[row])
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Near:
+    """One pair, and how fast the joints can take the robot's point away from the world's.
+
+    link:     that moves the robot's point, -1 where there is no such pair.   distance: [m].
+    speed:    [m/s] reachable along the normal, all joints together.
+    on_robot, on_world: (3,) [m] base frame.   normal: (3,) from the world to the robot.
+    """
+
+    link: int
+    distance: float
+    speed: float
+    on_robot: Array
+    on_world: Array
+    normal: Array
+
+    @property
+    def seen(self) -> bool:
+        """Is there such a pair?"""
+        return self.link >= 0
+
+
+NOT_NEAR = Near(-1, np.inf, 0.0, *(freeze(np.full(3, np.nan)) for _ in range(3)))
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Nearness:
+    """How near the world is, what the arm can do about it, and what it does.
+
+    yields:  the closest pair that can give way: what is promised holds for it.
+    stays:   the closest that cannot, since the joints hardly move it along its normal.
+    holder:  the link that the avoidance acts on, -1 if none.   held_at: [m] its distance.
+    blocked: [s] for how long it has come no nearer to its goal, 0 while it does.
+    to_go:   [m] from the tool to its goal.
+    """
+
+    yields: Near = NOT_NEAR
+    stays: Near = NOT_NEAR
+    holder: int = -1
+    held_at: float = np.inf
+    blocked: float = 0.0
+    to_go: float = 0.0
+
+
+NOTHING_NEAR = Nearness()
+
+
 # --- control ------------------------------------------------------------------------------
 
 
@@ -171,6 +218,30 @@ class Goal:
     """Where the tool frame should be: T_base_tool (4, 4)."""
 
     T_base_tool: Array
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Wish:
+    """A velocity that is asked for instead of a goal; one of the two is given.
+
+    twist: (6,) [m/s, rad/s] of the tool, axes of the base.   qd: (n,) [rad/s] of the joints.
+    """
+
+    twist: Array | None = None
+    qd: Array | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Granted:
+    """What became of a wish in one tick.
+
+    share: of what was asked for that the command does, along it; below 0 it goes the other way.
+    by:    what holds the rest back, in words; empty while nothing does.
+    """
+
+    wish: Wish
+    share: float
+    by: str
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -275,11 +346,13 @@ class Timing:
     """Where the milliseconds of one tick went [s], by room, and how late it began.
 
     preferred: does the system run the control thread before all ordinary ones?
+    rate:      [Hz] ticks that are asked for, 0 of a recording.
     """
 
     rooms: dict[str, float]
     lateness: float
     preferred: bool = False
+    rate: float = 0.0
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -313,6 +386,9 @@ class Snapshot:
     blind:       0..1 share of what the skin should see that it cannot tell of.
     unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
+    nearness:    what can give way, what cannot, and what holds the arm.
+    spoiled:     sensors by index to which a person has done something, and what.
+    granted:     what became of a jog, of the way home or of a program's wish; None without one.
     """
 
     tick: int
@@ -346,3 +422,6 @@ class Snapshot:
     background: BackgroundView = field(
         default_factory=lambda: BackgroundView(np.empty((0, 3)), np.empty((0, 3)))
     )
+    nearness: Nearness = NOTHING_NEAR
+    spoiled: tuple[tuple[int, str], ...] = ()
+    granted: Granted | None = None

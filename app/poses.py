@@ -46,3 +46,15 @@ def quaternion(T: Array) -> tuple[float, float, float, float]:
         q = ((d - b) / s, (c + g) / s, (f + h) / s, 0.25 * s)
     sign = copysign(1.0, q[0])
     return sign * q[0], sign * q[1], sign * q[2], sign * q[3]
+
+
+def turns(T: Array) -> tuple[float, float, float]:
+    """Roll, pitch, yaw [rad] about the fixed x, y, z axes of a pose (4, 4): `transform` backwards.
+
+    Where it looks straight up or down, the roll is taken as none.
+    """
+    flat = float(np.hypot(T[0, 0], T[1, 0]))
+    pitch = float(np.arctan2(-T[2, 0], flat))
+    if flat < 1e-6:
+        return 0.0, pitch, float(np.arctan2(-T[0, 1], T[1, 1]))
+    return float(np.arctan2(T[2, 1], T[2, 2])), pitch, float(np.arctan2(T[1, 0], T[0, 0]))

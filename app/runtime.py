@@ -112,7 +112,7 @@ class Engine:
             if self.ghost.fault:
                 self.post(Remark(f"the ghost is left out: {self.ghost.fault}", refused=True))
                 self.ghost = None
-        timing = Timing(watch.laps, late, self._preferred)
+        timing = Timing(watch.laps, late, self._preferred, 1.0 / self._period)
         snapshot = snapshot_of(x, out, timing, self.plant.bodies(), ghost)
         self.snapshots.put(snapshot, now)
         for follower in self._followers:

@@ -81,3 +81,19 @@ def as_text(path: Path, content: bytes, error: type[FlinchError]) -> str:
     if b"\0" in content[:4096]:
         raise error(f"{path}: is binary, not UTF-8 text; give another file")
     return content.removeprefix(MARK).decode()
+
+
+def write_new(folder: Path, name: str, suffix: str, text: str) -> Path:
+    """Write a new file into a folder, which is made where it is missing; where `name` is taken,
+    `name-2` and so on. Nothing is ever overwritten. OSError where it cannot be."""
+    folder.mkdir(parents=True, exist_ok=True)
+    number = 1
+    while True:
+        path = folder / f"{name}{f'-{number}' if number > 1 else ''}{suffix}"
+        try:
+            with path.open("x", encoding="utf-8") as file:
+                file.write(text)
+        except FileExistsError:
+            number += 1
+        else:
+            return path

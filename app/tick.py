@@ -15,6 +15,7 @@ from app.actions import Action
 from app.config import Params
 from app.messages import (
     NO_NOTICE,
+    NOTHING_NEAR,
     Array,
     BackgroundView,
     BodyPose,
@@ -22,7 +23,9 @@ from app.messages import (
     Command,
     GhostState,
     Goal,
+    Granted,
     JointState,
+    Nearness,
     Notice,
     Pairs,
     SensorFrame,
@@ -66,6 +69,7 @@ class SourceReport:
     inputs:    names of what it reads from, and how each is, in words.
     real:      (K,) bool of a mixed skin, sensors that are not simulated; None of another.
     trace:     of the exception behind the fault; empty if there was none.
+    spoiled:   sensors by index to which a person has done something, and what; see `SpoilSensor`.
     """
 
     connected: NDArray[np.bool_]
@@ -74,6 +78,7 @@ class SourceReport:
     inputs: tuple[tuple[str, str], ...] = ()
     real: NDArray[np.bool_] | None = None
     trace: str = ""
+    spoiled: tuple[tuple[int, str], ...] = ()
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -121,6 +126,8 @@ class Outputs:
     unable:      (K,) uint8 of `app.perception.unable.Unable`; the same array while nothing changes.
     background:  the learned background and what is being learned.
     trace:       of the exception that ended this tick early; empty of any other.
+    nearness:    what can give way, what cannot, and what holds the arm.
+    granted:     what became of a jog, of the way home or of a program's wish; None without one.
     """
 
     command: Command
@@ -146,6 +153,8 @@ class Outputs:
     blind: float = 0.0
     unable: NDArray[np.uint8] = field(default_factory=lambda: np.zeros(0, dtype=np.uint8))
     trace: str = ""
+    nearness: Nearness = NOTHING_NEAR
+    granted: Granted | None = None
 
 
 Tick = tuple[Inputs, Outputs]
@@ -168,11 +177,12 @@ def snapshot_of(
     """What an onlooker may know of a tick: what went in, what came out, and what was there."""
     return Snapshot(
         tick=x.tick, stamp=x.now, joints=x.joints, inputs=x.source.inputs, real=x.source.real,
+        spoiled=x.source.spoiled,
         T_base_link=out.T_base_link, T_base_tool=out.T_base_tool, goal=out.goal,
         cloud=out.cloud, pairs=out.pairs, body=out.body, command=out.command,
         status=out.status, params=out.params, health=out.health, rate=out.rate, delay=out.delay,
         notice=out.notice, advice=out.advice, program=out.program, reached=out.reached,
         jump=out.jump, memory=out.memory, blind=out.blind, unable=out.unable,
-        background=out.background,
+        background=out.background, nearness=out.nearness, granted=out.granted,
         world=world, ghost=ghost, timing=timing,
     )  # fmt: skip

@@ -11,8 +11,8 @@ from app.cell.parts import Cell
 from app.choices import build_robot, choose_home, choose_skin, limited
 from app.config import Params
 from app.control.beginning import warnings
+from app.control.program_reach import reach_words
 from app.control.programs import Program, find_program, load_program, shipped_programs
-from app.control.reach import reach_words
 from app.control.registry import kind_of
 from app.errors import ConfigError
 from app.ghost import Ghost

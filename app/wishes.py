@@ -13,6 +13,8 @@ from app.messages import NO_NOTICE, Array, Mode, Notice
 from app.perception.perceiver import Perceiver
 from app.tick import Inputs
 
+BY_HAND = (asked.Jog, asked.JogJoints, asked.Want)
+STANDS = "the arm stands still: press Run or Hold before it is moved by hand"
 NOTHING_STILL = "nothing stood still where the skin looks: nothing was learned"
 
 
@@ -33,11 +35,17 @@ class Wishes:
         """Do what was asked for; was motion asked for?"""
         engage = False
         for action in x.actions:
-            self.notice = NO_NOTICE
+            if not isinstance(action, BY_HAND):
+                self.notice = NO_NOTICE  # they come twenty times a second
             try:
                 match action:
-                    case asked.SetGoal() | asked.SetPose() | asked.RunProgram():
+                    case (
+                        asked.SetGoal() | asked.SetPose() | asked.GoHome()
+                        | asked.RunProgram() | asked.RunTaught()
+                    ):  # fmt: skip
                         self.errand.take(action, T_base_tool)
+                    case asked.Jog() | asked.JogJoints() | asked.Want():
+                        self._move_by_hand(action, x.now, guard)
                     case asked.SetParams(changes=changes):
                         self.params = change(self.params, changes)
                     case asked.SetMode(mode=mode, reason=reason):
@@ -61,10 +69,23 @@ class Wishes:
             self.notice = Notice(words)
         return engage
 
+    def _move_by_hand(
+        self, action: asked.Jog | asked.JogJoints | asked.Want, now: float, guard: Guard
+    ) -> None:  # fmt: skip
+        """Only an arm that may move; it holds from then on, where it is left."""
+        if guard.mode not in (Mode.RUNNING, Mode.HOLDING):
+            raise ValueError(STANDS)
+        self.errand.jog(action, now)
+        if self.notice.refused:
+            self.notice = NO_NOTICE  # what was refused before is done now
+        if guard.mode is Mode.RUNNING and self.errand.by_hand:
+            guard.ask(Mode.HOLDING, action.reason, now)
+
     def _set_mode(
         self, mode: Mode, reason: str, now: float, T_base_tool: Array, guard: Guard,
         perception: Perceiver,
     ) -> bool:  # fmt: skip
+        self.errand.leave_alone()
         if mode is Mode.HOLDING:
             self.errand.hold(T_base_tool)
         if guard.mode is Mode.STOPPED and mode is not Mode.STOPPED:

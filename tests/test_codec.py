@@ -40,6 +40,7 @@ def arrays(dtype=np.float64, shape=None):
 
 
 triples = st.tuples(numbers, numbers, numbers)
+shares = st.lists(numbers, max_size=7).map(tuple)
 by_action = {
     actions.SetGoal: st.builds(actions.SetGoal, arrays()),
     actions.SetParams: st.builds(
@@ -58,7 +59,17 @@ by_action = {
     actions.KeepBackground: st.builds(actions.KeepBackground),
     actions.DiscardBackground: st.builds(actions.DiscardBackground),
     actions.ForgetBackground: st.builds(actions.ForgetBackground),
+    actions.Jog: st.builds(actions.Jog, shares, st.none() | arrays(), texts),
+    actions.RunTaught: st.builds(
+        actions.RunTaught,
+        texts,
+        st.lists(st.builds(actions.Place, arrays(), numbers), max_size=3).map(tuple),
+    ),
+    actions.JogJoints: st.builds(actions.JogJoints, shares, texts),
+    actions.Want: st.builds(actions.Want, arrays(), st.none() | arrays(), arrays(), texts),
+    actions.GoHome: st.builds(actions.GoHome),
     actions.UseSensor: st.builds(actions.UseSensor, texts, st.booleans()),
+    actions.SpoilSensor: st.builds(actions.SpoilSensor, texts, texts),
     actions.Remark: st.builds(actions.Remark, texts, st.booleans()),
 }
 any_action = st.one_of(*by_action.values())

@@ -454,13 +454,13 @@ def test_even_the_operator_sends_nothing_that_the_page_does_not_use(
 
 def test_a_control_takes_only_what_a_hand_could_choose(page: Page, engine: FakeEngine) -> None:
     slider, run = page.params.controls["distance_kept"], control(page, "Run")
-    box, vector = page.params.controls["memory"], page.goals.position
+    box, vector = page.params.controls["memory"], page.move.goal.position
     forged: list[tuple[Any, Any]] = [
         (slider, "wide"), (slider, float("nan")), (slider, True), (slider, None),
         (box, 1), (box, "yes"), (run, "yes"), (run, [True]),
         (vector, [1.0, 2.0]), (vector, [1.0, 2.0, "x"]), (vector, {"0": 1.0}), (vector, 5),
         (page.control.control, "no such mode"), (page.control.control, []),
-        (page.goals.buttons, "Destroy"), (control(page, "Delete it"), True),
+        (page.move.teach.buttons, "Destroy"), (control(page, "Delete it"), True),
     ]  # fmt: skip
     before = [h.value for h, _ in forged]
 

@@ -14,21 +14,18 @@ from app.actions import (
     KeepBackground,
     LearnBackground,
     MoveObstacle,
-    RunProgram,
     SetMode,
     SetParams,
-    SetPose,
 )
 from app.config import Params, tunables
-from app.messages import Command, GhostState, Mode, Notice, Status
+from app.messages import Command, GhostState, Mode, Notice, Status, Timing
 from app.timing import ManualClock
+from app.ui.colours import WARN, css
 from app.ui.pacing import HANDS_OFF, Every
 from app.ui.page import Page
 from app.ui.panels.arm_panel import NOTICE
 from app.ui.panels.background_panel import NOTHING, Stage
 from app.ui.panels.obstacles_panel import SHAPES, placed
-from app.ui.panels.plot_panel import LENGTH
-from app.ui.words import closest_words, link_words
 from app.world.world import World
 from tests.ui_page import (  # noqa: F401 - fixtures
     SENSORS,
@@ -157,20 +154,39 @@ def test_no_notice_hides_the_distance_or_what_holds_the_arm_back(
 ) -> None:
     now = snapshot(engine, notice=Notice("no such body", refused=True), advice="blocked: a wall")
     show(page, engine, now)
-    assert ">Closest 25 cm at the forearm · gives way<" in _text(page.arm.closest.content)
+    assert "Forearm, 25 cm (keeps 25): can give way" in _text(page.arm.closest.content)
     assert "just begun · blocked: a wall" in page.arm.why.content
 
 
-@pytest.mark.parametrize("activation, does", [(0.0, "free"), (0.4, "(40 %)"), (1.0, "gives way")])
-def test_what_the_avoidance_does_is_said_in_words(
-    engine: FakeEngine, activation: float, does: str
+def test_what_cannot_give_way_is_told_apart_with_the_reason(page: Page, engine: FakeEngine) -> None:
+    now = snapshot(engine)
+    fixed = replace(now.nearness.yields, link=2, distance=0.09)
+    show(page, engine, replace(now, nearness=replace(now.nearness, stays=fixed)))
+    assert "Forearm, 25 cm" in _text(page.arm.closest.content)
+    assert "Upper arm, 9 cm: can only turn past it" in _text(page.arm.fixed.content)
+
+
+def test_the_state_is_amber_while_what_can_give_way_is_nearer_than_kept(
+    page: Page, engine: FakeEngine
 ) -> None:
-    links = [link_words(link) for link in engine.robot.links]
-    now = snapshot(engine, command=Command(np.zeros(6), activation=activation))
-    assert closest_words(now, links).endswith(does)
-    stopped = replace(now, status=Status(Mode.STOPPED, "", 0.0))
-    assert closest_words(stopped, links) == "Closest 25 cm at the forearm"
-    assert closest_words(replace(now, pairs=nobody(now.pairs)), links).startswith("Nothing in")
+    now = snapshot(engine)
+    near = replace(now.nearness, yields=replace(now.nearness.yields, distance=0.20))
+    show(page, engine, replace(now, nearness=near))
+    assert css(WARN) in page.arm.state.content
+    assert "closer than kept" in page.arm.closest.content
+    show(page, engine, snapshot(engine))
+    assert css(WARN) not in page.arm.state.content
+
+
+def test_a_slow_computer_is_told_in_the_bar(page: Page, engine: FakeEngine) -> None:
+    slow = Timing({}, 0.1, rate=250.0)
+    for _ in range(3):  # the snapshots here are a second and a hundred ticks apart
+        show(page, engine, snapshot(engine, timing=slow))
+    assert "Slow computer: 100 of 250 Hz" in page.arm.notice.content
+    show(page, engine, snapshot(engine, timing=slow, notice=Notice("no such body", refused=True)))
+    assert "no such body" in page.arm.notice.content
+    show(page, engine, snapshot(engine, tick=0))
+    assert "Slow computer" not in page.arm.notice.content
 
 
 def test_run_hold_and_stop_are_posted_with_who_asked(page: Page, engine: FakeEngine) -> None:
@@ -260,24 +276,6 @@ def test_an_engine_that_falls_silent_is_told(
     assert "has not spoken for 3 s" in page.arm.why.content
 
 
-def test_what_was_asked_of_a_chart_stays_in_its_past(page: Page, engine: FakeEngine) -> None:
-    """The line from which the avoidance acts is of its time, not of the settings of now."""
-    show(page, engine, snapshot(engine, params=Params(distance_kept=0.2, avoidance_begins=0.5)))
-    show(page, engine, snapshot(engine, params=Params(distance_kept=0.3, avoidance_begins=0.7)))
-    assert page.plot.distance.data[3][-2:] == pytest.approx([50.0, 70.0])
-
-
-def test_the_plot_holds_half_a_minute(page: Page, engine: FakeEngine) -> None:
-    for _ in range(3):
-        show(page, engine, snapshot(engine))
-    x, distance, kept, upper, ghost, separation = page.plot.distance.data
-    assert len(x) == LENGTH
-    assert (x[-1], distance[-1], kept[-1], upper[-1]) == pytest.approx((0.0, 25.0, 25.0, 60.0))
-    assert x[-2] == pytest.approx(-1.0)
-    assert (ghost < 0.0).all() and (separation < 0.0).all()  # neither is in use
-    assert np.isfinite(np.concatenate(page.plot.distance.data)).all()
-
-
 def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: FakeEngine) -> None:
     links = np.array(snapshot(engine).T_base_link)
     links[:, 0, 3] += 0.1
@@ -287,32 +285,14 @@ def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: 
     assert [h.position[0] for h in page.ghost._links] == pytest.approx(links[:, 0, 3])
     assert all(h.visible for h in page.ghost._links)
     data = page.plot.distance.data
-    assert data[4][-1] == pytest.approx(40.0) and data[5][-1] == pytest.approx(37.0)
+    assert data[5][-1] == pytest.approx(40.0) and data[6][-1] == pytest.approx(37.0)
     show(page, engine, snapshot(engine))
     assert not any(h.visible for h in page.ghost._links)
-
-
-def test_a_pose_is_typed_and_a_program_is_started_and_ended(page: Page, engine: FakeEngine) -> None:
-    page.goals.position.value = (500.0, -100.0, 400.0)
-    page.goals.rpy.value = (180.0, 0.0, 90.0)
-    run(page, page.goals.go, True)
-    assert engine.posted == [SetPose((0.5, -0.1, 0.4), (np.pi, 0.0, np.pi / 2))]
-    run(page, page.goals.buttons, "Start")
-    run(page, page.goals.buttons, "End")
-    assert engine.posted[1:] == [RunProgram("screws"), RunProgram("")]
-    show(page, engine, snapshot(engine, program="screws 1/2 left, 0 reached"))
-    assert "1/2 left" in page.goals.state.content
 
 
 def test_what_holds_the_arm_back_is_told(page: Page, engine: FakeEngine) -> None:
     show(page, engine, snapshot(engine, advice="slow: the sensors are silent for 0.3 s"))
     assert "silent for 0.3 s" in page.arm.why.content
-
-
-def test_the_plot_draws_an_empty_sky_at_its_top(page: Page, engine: FakeEngine) -> None:
-    now = snapshot(engine)
-    show(page, engine, replace(now, pairs=nobody(now.pairs)))
-    assert page.plot.distance.data[1][-1] == 100.0
 
 
 def test_the_health_table_counts_the_verdicts(page: Page, engine: FakeEngine) -> None:

@@ -9,9 +9,10 @@ import pytest
 import viser
 
 from app.actions import SetGoal
-from app.messages import SensorHealth, Verdict
+from app.colours import activation_colour
+from app.messages import Nearness, SensorHealth, Verdict
 from app.timing import ManualClock
-from app.ui.colours import ALARM, CALM, HEALTH, POINT, activation_colour
+from app.ui.colours import ALARM, CALM, HEALTH, NEAR, POINT
 from app.ui.pacing import HANDS_OFF
 from app.ui.page import Page
 from app.ui.scene.cloud_view import WORDS, parked
@@ -98,14 +99,15 @@ def test_the_arrow_leads_from_the_world_to_the_robot(page: Page, engine: FakeEng
     show(page, engine, snapshot(engine))
     np.testing.assert_allclose(page.pair.arrow.points[0], [[1.0, 0.0, 0.5], [0.75, 0.0, 0.5]])
     assert page.pair.label.text == "25 cm · forearm"
-    assert tuple(page.pair.arrow.colors) == ALARM  # the avoidance is fully active
+    assert tuple(page.pair.arrow.colors) == NEAR  # the avoidance acts, and keeps what it promises
+    assert not page.pair.fixed.visible  # nothing else is near
     assert page.pair.arrow.visible and page.pair.label.visible
 
 
 def test_no_arrow_without_a_point(page: Page, engine: FakeEngine) -> None:
     now = snapshot(engine)
     none = nobody(now.pairs)
-    show(page, engine, replace(now, pairs=none, body=none))
+    show(page, engine, replace(now, pairs=none, body=none, nearness=Nearness()))
     assert not page.pair.arrow.visible and not page.pair.label.visible
 
 

@@ -53,6 +53,30 @@ def test_a_pages_own_messages_are_known() -> None:
     assert message.position == (1.0, -2.0, 1.0)
 
 
+CLICK = {
+    "type": "ScenePointerMessage", "event_type": "click", "ray_origin": [1.0, 2.0, 3.0],
+    "ray_direction": [0.0, 0.0, 1.0], "screen_pos": [[0.5, 0.5]], "modifier": None,
+}  # fmt: skip
+
+
+def test_a_click_in_the_scene_is_known_by_its_ray() -> None:
+    message = decoded(msgspec.msgpack.encode(CLICK))
+    assert isinstance(message, _messages.ScenePointerMessage)
+    assert message.ray_origin == (1.0, 2.0, 3.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "error"),
+    [({"event_type": "rect-select"}, UnusedError), ({"ray_origin": None}, MalformedError),
+     ({"screen_pos": [[0.5, 0.5], [0.6, 0.6]]}, MalformedError),
+     ({"screen_pos": [0.5]}, MalformedError), ({"ray_direction": [0.0, 1.0]}, MalformedError),
+     ({"ray_direction": [float("nan"), 0.0, 1.0]}, UnusedError)],
+)  # fmt: skip
+def test_no_other_click_in_the_scene_passes(change: dict[str, Any], error: type) -> None:
+    with pytest.raises(error):
+        decoded(msgspec.msgpack.encode(CLICK | change))
+
+
 @given(st.binary(max_size=300))
 @settings(max_examples=500)
 def test_any_bytes_are_judged(raw: bytes) -> None:

@@ -27,6 +27,8 @@ from app.messages import (
     Goal,
     JointState,
     Mode,
+    Near,
+    Nearness,
     Pairs,
     SensorHealth,
     Snapshot,
@@ -132,6 +134,7 @@ def snapshot(engine: FakeEngine, **changes: Any) -> Snapshot:
     normal[3] = [-1.0, 0.0, 0.0]
     slot = np.full(n, -1)
     pairs = Pairs(np.arange(n), distance, on_robot, on_world, normal, slot, 3)
+    nearness = Nearness(Near(3, 0.25, 2.0, on_robot[3], on_world[3], normal[3]))
     zeros = np.zeros(slots)
     whole = Snapshot(
         tick=round(100 * now),
@@ -152,6 +155,7 @@ def snapshot(engine: FakeEngine, **changes: Any) -> Snapshot:
         rate=np.full(SENSORS, 15.0),
         world=(),
         timing=Timing({"sense": 0.002}, 0.0001),
+        nearness=nearness,
     )
     return replace(whole, **changes)
 

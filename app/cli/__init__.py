@@ -26,6 +26,7 @@ from app.cli.gallery import Gallery
 from app.cli.interrupt import NUMBERS
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
+from app.cli.place import PlaceCommand
 from app.cli.record_skin import RecordSkin
 from app.cli.replay import Replay
 from app.cli.run import Run
@@ -48,6 +49,7 @@ COMMANDS: dict[str, Callable[..., Any]] = {
     "benchmark": Benchmark,
     "doctor": Doctor,
     "coverage": Coverage,
+    "place": PlaceCommand,
     "calibrate": Calibrate,
     "skin": SkinCommand,
     "record-skin": RecordSkin,
@@ -62,14 +64,14 @@ COMMANDS: dict[str, Callable[..., Any]] = {
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
-    app = tyro.extras.SubcommandApp()
+    commands = tyro.extras.SubcommandApp()
     for name, command in COMMANDS.items():
-        app.command(name=name)(command)
+        commands.command(name=name)(command)
     handlers = {number: signal.getsignal(number) for number in NUMBERS}
     given = list(sys.argv[1:] if args is None else args)
     try:
         _refuse_old_names(given)
-        run = app.cli(args=args, prog="flinch", description="A robot arm that gives way.")
+        run = commands.cli(args=args, prog="flinch", description="A robot arm that gives way.")
         return run() or 0
     except FlinchError as error:
         print(f"flinch: {error}", file=sys.stderr)

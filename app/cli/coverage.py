@@ -60,7 +60,7 @@ class Coverage(WhichRobot):
         for words in told:
             print(f"flinch: {words}", file=sys.stderr)
         what = f"coverage of {robot.name} by {skin.title!r}, {len(q)} postures ({self.postures})"
-        with _shown("coverage", len(q) + self.check) as done:
+        with shown("coverage", len(q) + self.check) as done:
             found = cover(plan, q, what, self.check, self.seed, self.jobs, done)
         if self.out is not None:
             from app.page import write_sheet
@@ -78,7 +78,7 @@ class Coverage(WhichRobot):
 
 
 @contextmanager
-def _shown(what: str, total: int) -> Iterator[Callable[[int], None]]:
+def shown(what: str, total: int) -> Iterator[Callable[[int], None]]:
     """A bar on a terminal; what is called is to be told how many steps are done."""
     from rich.console import Console
     from rich.progress import Progress

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from app.config import Params
-from app.messages import Array, Cloud, Command, Goal, JointState, Pairs, SensorFrame
+from app.messages import Array, Cloud, Command, Goal, JointState, Pairs, SensorFrame, Wish
 from app.robot.posture import Posture
 
 
@@ -17,6 +17,7 @@ class Situation(NamedTuple):
     applied: (n,) [rad/s] what the arm was really told in the last tick; a command goes on from it.
     frames:  believed ones that came in this tick.   cloud: every zone with its verdict.
     memory:  (n, 3) [m] remembered points near the arm, base frame.
+    wish:    a velocity that is asked for and goes before the goal; None without one.
     """
 
     posture: Posture
@@ -30,6 +31,7 @@ class Situation(NamedTuple):
     frames: Sequence[SensorFrame] = ()
     cloud: Cloud | None = None
     memory: Array | None = None
+    wish: Wish | None = None
 
 
 class Controller(Protocol):

@@ -56,7 +56,9 @@ class Controllers:
         """The next command, not faster towards what is `unseen` than the arm can stop."""
         control = self._chosen(now.params.mode)
         tool, stamp = now.posture.T_base_tool, now.joints.stamp
-        now = now._replace(goal=self._stuck.goal(now.goal, tool, stamp))
+        goal = self._stuck.goal(now.goal, tool, stamp)
+        # whoever goes a way round lets the straight one home be
+        now = now._replace(goal=goal, wish=now.wish if goal is now.goal else None)
         command = control.update(now)
         if not self._kinds[now.params.mode].knows_cell:
             qd = self._keep_out.allowed(command.qd, now)
@@ -67,6 +69,10 @@ class Controllers:
             command = replace(command, reason=self._stuck.words)
         command = self._unseen.slowed(command, now, unseen)
         return replace(command, qd=self._geared(command.qd))
+
+    def blocked(self, now: float) -> float:
+        """[s] for how long the tool has come no nearer to its goal; 0 while it does."""
+        return self._stuck.blocked(now)
 
     def brake(self, joints: JointState, dt: float, applied: Array) -> Command:
         """As fast to rest as the limits allow; what was followed before is forgotten.

@@ -4,19 +4,23 @@ The goal runs ahead of the tool on the straight line to the next waypoint and wa
 tool falls behind: an arm that had to give way comes back to the line where it left it.
 """
 
-from dataclasses import dataclass
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
 
+from app.actions import Place
 from app.assets import asset_folder, find_asset
 from app.control.goals import goal_error
 from app.control.path import StraightPath, straight_path
 from app.errors import ConfigError
-from app.messages import Array, Goal
-from app.poses import pose
+from app.messages import Array, Goal, freeze
+from app.poses import pose, turns
+from app.robot.posture import rigid
 from app.toml import Name, NotNegative, Positive, Table, Vector, read_toml
 
 LEASH = 0.15  # [m] the goal stands still when the tool is this far behind
@@ -81,10 +85,45 @@ def shipped_programs() -> dict[str, Program]:
 
 def load_program(path: Path) -> Program:
     """Read a program; a ConfigError names the file, the key and the remedy."""
-    t = read_toml(path, ProgramTable, ConfigError)
+    return _program(path.stem, read_toml(path, ProgramTable, ConfigError))
+
+
+def taught(name: str, places: Sequence[Place]) -> Program:
+    """A program of places that a person has taught; ValueError where one of them is no pose."""
+    if not places or not all(0.0 <= p.dwell < 1e6 for p in places):
+        raise ValueError("a taught program needs a place, and each is held for a time from 0 on")
+    points = [
+        Waypoint(str(k + 1), freeze(rigid(p.T_base_tool)), p.dwell) for k, p in enumerate(places)
+    ]
+    return replace(_program(name, _taught(name, places)), waypoints=tuple(points))
+
+
+def program_text(name: str, places: Sequence[Place]) -> str:
+    """The TOML of a taught program, as `load_program` reads it, with the values of all settings."""
+    t = _taught(name, places)
+    head = [f"{k} = {json.dumps(getattr(t, k))}" for k in t.__struct_fields__ if k != "waypoint"]
+    tables = (
+        "\n".join(
+            ["[[waypoint]]", *(f"{k} = {json.dumps(getattr(w, k))}" for k in w.__struct_fields__)]
+        )
+        for w in t.waypoint
+    )
+    return "\n\n".join(("\n".join(head), *tables)) + "\n"
+
+
+def _taught(name: str, places: Sequence[Place]) -> ProgramTable:
+    points = []
+    for k, p in enumerate(places):
+        x, y, z = (round(float(v), 6) for v in p.T_base_tool[:3, 3])
+        roll, pitch, yaw = (round(float(v), 4) for v in np.degrees(turns(p.T_base_tool)))
+        points.append(WaypointTable(str(k + 1), (x, y, z), (roll, pitch, yaw), float(p.dwell)))
+    return ProgramTable(f"{name}, taught on the page", points)
+
+
+def _program(name: str, t: ProgramTable) -> Program:
     points = tuple(Waypoint(w.name, pose(w.position_m, w.rpy_deg), w.dwell_s) for w in t.waypoint)
     return Program(
-        path.stem, t.title, points, t.reach_m, float(np.radians(t.reach_deg)),
+        name, t.title, points, t.reach_m, float(np.radians(t.reach_deg)),
         t.speed_mps, float(np.radians(t.turn_dps)), t.loop,
     )  # fmt: skip
 

@@ -31,8 +31,9 @@ TIGHT = 1e-4  # [m/s] a bound met this closely is one that holds the arm
 class Costs(NamedTuple):
     """What the goal and the joints cost; k_g, k_b, lambda_q, lambda_a as above.
 
-    tool: (6, n) jacobian.   twist: (6,) [m/s, rad/s].   previous: (n,) the last command.
-    push: (n,) c grad(mu).   slide: beta is held at 1.
+    tool: (6, n) jacobian.   twist: (6,) [m/s, rad/s].   previous: (n,) a command to stay near.
+    push: (n,) c grad(mu).   slide: beta is held at 1.   weight: (6,) W's diagonal.
+    Where joints are asked for, t are their velocities (n,), J is the identity and W (n,).
     """
 
     tool: Array
@@ -44,6 +45,7 @@ class Costs(NamedTuple):
     lambda_q: float
     lambda_a: float
     slide: bool
+    weight: Array = TASK_WEIGHT
 
 
 class Answer(NamedTuple):
@@ -118,21 +120,21 @@ def _write(
 
     The prices (m,) of slack differ a little, so that equal bounds give way one by one.
     """
-    tool, twist, k_g = costs.tool, costs.twist, costs.k_g
+    tool, twist, W, k_g = costs.tool, costs.twist, costs.weight, costs.k_g
     n = tool.shape[1]
     t_t = 0.0
-    for r in range(6):
-        t_t += TASK_WEIGHT[r] * twist[r] * twist[r]
+    for r in range(len(twist)):
+        t_t += W[r] * twist[r] * twist[r]
     stay = costs.k_b * (t_t + 1e-4) + LEAST_STAY
     for i in range(n):
         for j in range(n):
             v = 0.0
-            for r in range(6):
-                v += TASK_WEIGHT[r] * tool[r, i] * tool[r, j]
+            for r in range(len(twist)):
+                v += W[r] * tool[r, i] * tool[r, j]
             out.H[i, j] = k_g * v
         v = 0.0
-        for r in range(6):
-            v += TASK_WEIGHT[r] * tool[r, i] * twist[r]
+        for r in range(len(twist)):
+            v += W[r] * tool[r, i] * twist[r]
         out.H[i, n] = out.H[n, i] = -k_g * v
         out.H[i, i] += costs.lambda_q + costs.lambda_a
         out.g[i] = -costs.lambda_a * costs.previous[i] - costs.push[i]

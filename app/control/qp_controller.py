@@ -18,10 +18,11 @@ from app.control.bounds.separation import SeparationBounds
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.goals import goal_twist
-from app.control.limits import braked, next_step
+from app.control.limits import Step, braked, next_step
 from app.control.manipulability import manipulability, manipulability_gradient
 from app.control.qp import Answer, Costs, solve
 from app.control.separation import needed
+from app.control.wish import costs_of, joints_for, unchanged
 from app.errors import FlinchError
 from app.messages import Array, Command, JointState, freeze
 from app.robot.model import Robot
@@ -75,12 +76,26 @@ class QpController:
         for bound in bounds:
             bound.append(now, step, sheet)
         rows = rows_of(sheet)
-        costs, strict = self._costs(now, previous), now.params.bounds_first
-        answer = solve(costs, rows, step.low, step.high, strict, now.params.solver)
+        answer = self._answer(now, rows, step)
         if answer is None:
             return self._unanswered(now)
         self._unsolved = 0
         return self._command(now, answer, rows, relaxed, needed_by(now) if separates else 0.0)
+
+    def _answer(self, now: Situation, rows: Rows, step: Step) -> Answer | None:
+        """The step that the bounds leave of what is asked for; None where none was found."""
+        if now.wish is not None:
+            self._eased[:] = 0.0  # the goal's twist begins anew after it
+            qd = joints_for(now.wish, now.posture)
+            same = unchanged(qd, rows.jacobian, rows.low, step.low, step.high)
+            if same is not None:
+                return same
+            slide = now.params.slide_along
+            costs = costs_of(now.wish, qd, now.posture, K_G, K_B, LAMBDA_A, slide)
+        else:
+            costs = self._costs(now, step.previous)
+        strict = now.params.bounds_first
+        return solve(costs, rows, step.low, step.high, strict, now.params.solver)
 
     def _command(
         self, now: Situation, answer: Answer, rows: Rows, relaxed: bool, protective: float

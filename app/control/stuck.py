@@ -48,9 +48,13 @@ class Stuck:
         """What to tell a person; empty while nothing is the matter."""
         if self._aside is not None:
             return f"blocked: tries a way round, {self._tries} of {2 * 4}"
-        if self._since:
+        if self._since is not None:
             return "blocked: something stands between the tool and its goal"
         return self._short
+
+    def blocked(self, now: float) -> float:
+        """[s] for how long it has been blocked; 0 while it is not."""
+        return max(now - self._since, 1e-3) if self._since is not None else 0.0
 
     def goal(self, goal: Goal | None, T_base_tool: Array, now: float) -> Goal | None:
         """The goal to control towards: the given one, or for a while a place aside."""

@@ -26,7 +26,7 @@ from app.control.limit_task import limit_task
 from app.control.limits import bring_into, velocity_box
 from app.control.registry import fading_distances
 from app.control.task_priority import Task, solve
-from app.messages import Command, Goal, freeze
+from app.messages import Command, Goal, Wish, freeze
 from app.robot.model import Robot
 from app.robot.posture import Posture
 
@@ -68,7 +68,10 @@ class TaskPriorityController:
         safety = self._safety(now)
         self._held = now.pairs.measured(safety.row)
         tasks = [safety.task] if safety.task else []
-        tasks += goal_tasks(now.posture, now.goal, params)
+        if now.wish is not None:
+            tasks.append(wish_task(now.posture, now.wish))
+        else:
+            tasks += goal_tasks(now.posture, now.goal, params)
         tasks.append(self._rest)
         if params.limits_first:
             tasks.insert(0, limit_task(robot, now.joints.q))
@@ -140,3 +143,11 @@ def goal_tasks(posture: Posture, goal: Goal | None, params: Params) -> list[Task
     J = posture.tool_jacobian()
     levels = (slice(0, 3), slice(3, 6)) if params.position_first else (slice(0, 6),)
     return [Task(J[k], twist[k], np.ones(len(twist[k]))) for k in levels]
+
+
+def wish_task(posture: Posture, wish: Wish) -> Task:
+    """The velocity that is asked for as a level: of the tool, or of every joint."""
+    if wish.qd is not None:
+        return Task(np.eye(len(wish.qd)), wish.qd, np.ones(len(wish.qd)))
+    assert wish.twist is not None  # one of the two is given
+    return Task(posture.tool_jacobian(), wish.twist, np.ones(6))

@@ -30,3 +30,7 @@ class MixedPlant(SimulatedPlant):
             self._eye.use(self._skin.index(action.sensor), action.real)
         else:
             super().act(action)
+
+    def _is_real(self, sensor: int) -> bool:
+        real = self._eye.real
+        return 0 <= sensor < len(real) and bool(real[sensor])

@@ -6,7 +6,7 @@ from typing import Protocol
 
 import numpy as np
 
-from app.actions import Action, UseSensor
+from app.actions import Action, SpoilSensor, UseSensor
 from app.errors import FlinchError, WorldError
 from app.messages import Array, BodyPose, JointState, SensorFrame
 from app.robot.posture import Posture
@@ -97,7 +97,8 @@ def listen(
 
 def nothing_to_edit(action: Action) -> WorldError:
     """The refusal of a plant with no simulated world and no second skin."""
-    what = "sensors cannot be switched" if isinstance(action, UseSensor) else "no body can be put"
+    sensors = isinstance(action, UseSensor | SpoilSensor)
+    what = "sensors cannot be switched" if sensors else "no body can be put"
     return WorldError(f"{what} here; start with a simulated part, --sensors ...+simulated")
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from app.actions import Action, AddObstacle, MoveObstacle, RemoveObstacle
 from app.messages import Array, BodyPose, JointState
-from app.plant.plant import Arm, Reading, nothing_to_edit
+from app.plant.plant import Arm, Reading
 from app.plant.real import RealPlant
 from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
@@ -59,7 +59,10 @@ class SimulatedPlant(RealPlant):
             case MoveObstacle(name=name, T_base_body=T):
                 self.world.edit(MoveObstacle(name, rigid(T)))
             case _:
-                raise nothing_to_edit(action)
+                super().act(action)
+
+    def _is_real(self, sensor: int) -> bool:
+        return False
 
     def bodies(self) -> tuple[BodyPose, ...]:
         if self._now >= self._looked + self._look_every:

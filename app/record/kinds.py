@@ -24,7 +24,7 @@ VALUES: dict[str, type] = {
     for kind in (
         Inputs, JointState, ArmReport, SourceReport, SensorFrame, *get_args(actions.Action),
         Head, Setup, Choice, Limits, Params, Cell, Box, HalfSpace, Learned, Goal, Program, Waypoint,
-        Fingerprint, Witness, Mark, BodyView,
+        Fingerprint, Witness, Mark, BodyView, actions.Place,
     )
 }  # fmt: skip
 CHOICES: dict[str, type[Enum]] = {"Mode": Mode}

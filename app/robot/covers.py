@@ -111,7 +111,7 @@ def _shape(ring: RingTable, c: CoverTable, where: str, body_of: BodyOf | None) -
     inner = c.inner_radius_m
     if inner is None:
         assert body_of is not None
-        inner = PLAY + _link_radius(ring, c, where, axis, body_of(ring.link))
+        inner = PLAY + link_radius(ring, c, where, axis, body_of(ring.link))
     least = inner + WALL + c.floor_m
     if ring.radius_m < least:
         raise RobotError(
@@ -141,8 +141,11 @@ def _shape(ring: RingTable, c: CoverTable, where: str, body_of: BodyOf | None) -
     )
 
 
-def _link_radius(ring: RingTable, c: CoverTable, where: str, axis: Array, body: BodyMesh) -> float:
-    """The link's radius round the ring's axis [m], the largest over the width of a cover."""
+def link_radius(ring: RingTable, c: CoverTable, where: str, axis: Array, body: BodyMesh) -> float:
+    """The link's radius round the ring's axis [m], the largest over the width of a cover.
+
+    Raises `RobotError`, which begins with `where`, where the link is not round there.
+    """
     centre, widest = np.array(ring.centre_m), 0.0
     for aside in c.foot_half_width_m * np.linspace(-1.0, 1.0, CUTS):
         reach = outline(body, centre + aside * axis, axis, within=ring.radius_m)

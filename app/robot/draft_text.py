@@ -52,7 +52,8 @@ axis = {axis}   # the ring goes round it; images have their upper edge on this s
 start = {start}   # from the centre to the first sensor
 radius_m = {radius:.4f}   # from the axis to the lenses; the link has {bare:.4f}
 count = {count}
-"""
+{tilt}"""
+TILT = "tilt_deg = {tilt:g}   # how far they look towards the axis' direction\n"
 SINGLE = """
 # A single sensor anywhere:
 # [[sensor]]
@@ -74,6 +75,7 @@ class Ring(NamedTuple):
     start: Array
     radius: float
     sensors: int
+    tilt: float = 0.0  # [deg]
 
 
 def robot_text(robot: Robot, urdf: str, home: Array) -> str:
@@ -92,15 +94,16 @@ def robot_text(robot: Robot, urdf: str, home: Array) -> str:
     )
 
 
-def layout_text(rings: Sequence[Ring], lens: float) -> str:
+def layout_text(rings: Sequence[Ring], lens: float, title: str = "") -> str:
     """The layout with these rings, whose lenses are `lens` [m] above their links."""
-    title = ", ".join(f"{r.sensors} round {r.link}" for r in rings)
+    title = title or ", ".join(f"{r.sensors} round {r.link}" for r in rings)
     text = LAYOUT.format(title=quoted(title))
     for r in rings:
         text += RING.format(
             name=quoted(r.name), first=f"{r.name}-01", link=quoted(r.link),
             centre=numbers(r.centre, 4), axis=numbers(r.axis, 6), start=numbers(r.start, 6),
             radius=r.radius, bare=r.radius - lens, count=r.sensors,
+            tilt=TILT.format(tilt=r.tilt) if r.tilt else "",
         )  # fmt: skip
     return text + SINGLE.format(link=quoted(rings[-1].link))
 

@@ -96,7 +96,7 @@ def load_skin(path: Path, robot: "Robot") -> Skin:
     kinds = {name: _type_of(name, path) for name in {t.type or table.type for t in entries}}
     sensors = [
         s for i, t in enumerate(table.ring)
-        for s in _ring(t, kinds[t.type or table.type], f"{path}: ring[{i}]")
+        for s in ring_sensors(t, kinds[t.type or table.type], f"{path}: ring[{i}]")
     ]  # fmt: skip
     sensors += [
         _single(t, kinds[t.type or table.type], f"{path}: sensor[{i}]")
@@ -132,7 +132,8 @@ def ring_axes(t: RingTable, where: str) -> tuple[Array, Array, Array]:
     return axis, radial, np.cross(axis, radial)
 
 
-def _ring(t: RingTable, kind: SensorType, where: str) -> list[Sensor]:
+def ring_sensors(t: RingTable, kind: SensorType, where: str) -> list[Sensor]:
+    """The sensors of a ring; RobotError that begins with `where` for axes without a direction."""
     axis, radial, side = ring_axes(t, where)
     tilt = radians(t.tilt_deg)
     sensors = []

@@ -8,11 +8,16 @@ from app.colours import POINT as POINT
 from app.colours import REMEMBERED as REMEMBERED
 from app.colours import RGB as RGB
 from app.colours import WARN as WARN
-from app.colours import activation_colour as activation_colour
 from app.colours import css as css
 from app.messages import SensorHealth
 
-DANGER: RGB = (201, 42, 42)  # of a button: white on it is read easily, 5.6 : 1
+# of buttons: white on each is read easily, from 5.3 : 1
+DANGER: RGB = (201, 42, 42)
+GO: RGB = (35, 120, 70)
+WAIT: RGB = (52, 92, 160)
+
+NEAR: RGB = (70, 80, 190)  # the avoidance acts, and what is promised is kept
+FIXED: RGB = (120, 125, 132)  # what cannot give way
 DARK: RGB = (60, 66, 74)
 GHOST: RGB = (120, 90, 200)
 
@@ -27,5 +32,6 @@ HEALTH: dict[SensorHealth, RGB] = {
     SensorHealth.SLOW: (222, 203, 80),
 }
 
+CHOSEN: RGB = (32, 100, 170)  # what a person has clicked: the page's own blue
 PREVIEW: RGB = (240, 160, 40)  # cubes that a person has not kept yet
 RAW: RGB = (70, 75, 82)

@@ -28,6 +28,7 @@ from app.ui.wire import WATCHING, UnusedError, decoded, misfit
 log = logging.getLogger(__name__)
 SURPLUS, SURPLUS_BURST = 200.0, 200.0  # [1/s] messages of all who watch, beyond each page's own
 MOST_KNOWN = 8  # browsers that have operated and are known again
+OF_A_CONTROL = (m.GuiUpdateMessage, m.GuiButtonHoldMessage, m.CommandTriggerMessage)
 
 Answer = Callable[[int, m.Message, str], None]  # page, what it sent, why it was refused
 
@@ -98,7 +99,7 @@ class Gate:
     def _misuse(self, page: int, message: m.Message) -> str:
         """Why the page may not send this, empty if it may."""
         name, free = f"{type(message).__name__} on {getattr(message, 'name', '')!r}", False
-        if isinstance(message, (m.GuiUpdateMessage, m.CommandTriggerMessage)):
+        if isinstance(message, OF_A_CONTROL):
             handle = self.inside.handle(page, message.uuid)
             if handle is None:
                 return f"{type(message).__name__} on a control that it does not have"
@@ -108,6 +109,8 @@ class Gate:
                 why = misfit(handle, message.updates)
                 if why:
                     return f"{name}: {why}"
+            if isinstance(message, m.GuiButtonHoldMessage) and handle.disabled:
+                return f"{name}: it is disabled"
         if not free and self.access.operator != page:
             return f"{name}: it watches, {words(self.access.operator)} operates"
         self.access.acted(page, self.clock.now())

@@ -3,11 +3,10 @@
 from types import TracebackType
 from typing import Self
 
-import viser
-
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
+from app.ui.chosen import Chosen
 from app.ui.desk import Desk
 from app.ui.engine import Engine
 from app.ui.gate import Gate
@@ -15,20 +14,23 @@ from app.ui.panels.arm_panel import ArmPanel
 from app.ui.panels.background_panel import BackgroundPanel
 from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
-from app.ui.panels.goal_panel import GoalPanel
 from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.help_panel import show_help
+from app.ui.panels.move_panel import MovePanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.record_panel import RecordPanel
-from app.ui.panels.sensors_panel import SensorsPanel
+from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
+from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
+from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
 from app.ui.scene.memory_view import MemoryView
@@ -39,6 +41,7 @@ from app.ui.scene.stage import Stage
 from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
+from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
 
 
@@ -89,6 +92,7 @@ class Page:
 
     def stop(self) -> None:
         self.pump.stop()
+        self.coverage.close()
         close_page(self.server)
 
     def __enter__(self) -> Self:
@@ -112,7 +116,10 @@ class Page:
         self.cones = BlindView(server, engine)
         self.cloud = CloudView(server, engine)
         self.memory = MemoryView(server)
-        self.pair = PairView(server, engine)
+        self.chosen = Chosen(engine.skin)
+        self.clicked = ChosenView(server, engine, self.chosen)
+        self.reading = Reading(engine.robot)
+        self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
         self.goal = GoalView(server, engine, clock)
@@ -120,39 +127,41 @@ class Page:
 
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.arm = ArmPanel(server, engine, clock)
+        self.arm = ArmPanel(server, engine, clock, self.reading)
         self.control = ControlPanel(server, engine, clock)
         self.blind = show_blind(server, engine)
         tabs = gui.add_tab_group()
+        with tabs.add_tab("Move"):
+            self.move = MovePanel(server, engine, clock)
         with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
             self.background = BackgroundPanel(server, engine)
-        with tabs.add_tab("Goal"):
-            self.goals = GoalPanel(server, engine)
         with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, engine)
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
-            self.params = ParamsPanel(server, engine, clock)
-        with tabs.add_tab("Health"):
-            self.sensors = SensorsPanel(server, engine)
-            self.health = HealthPanel(server, engine, traffic)
+            shelf = Shelf(desk.folder, "settings") if desk is not None else None
+            self.params = ParamsPanel(server, engine, clock, shelf)
+        with tabs.add_tab("Skin"):
+            self.skin = SkinPanel(server, engine, self.chosen)
+            with gui.add_folder("How well it runs", expand_by_default=False):
+                self.health = HealthPanel(server, engine, traffic)
+        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
+        with tabs.add_tab("Plots"):
+            self.plot = PlotPanel(server, engine)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("Help"):
             show_help(server, asset_folder("static_assets") / "manual")
-        charts = gui.add_panel()
-        with charts.add_tab("Distance", viser.Icon.CHART_LINE):
-            self.plot = PlotPanel(server)
-        charts.float(x=12, y=-12, width=340)
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
-            self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair, self.goal,
-            self.world, self.arm, self.control, self.obstacles, self.background, self.goals,
-            self.params, self.plot, self.health, self.memory, self.roles, self.sensors,
-            self.separation, self.cones,
+            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
+            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
+            self.move, self.params, self.plot, self.health, self.memory, self.roles,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
@@ -166,6 +175,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage, self.cones,
+            self.cell, self.stage, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

@@ -17,6 +17,7 @@ from app.replay.player import Player
 from app.replay.survey import Survey
 from app.timing import Clock, WallClock
 from app.ui.access import Access
+from app.ui.chosen import Chosen
 from app.ui.colours import GHOST, GREY, css
 from app.ui.gate import Gate
 from app.ui.pacing import Every
@@ -25,14 +26,17 @@ from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.history_panel import HistoryPanel
 from app.ui.panels.recording_panel import RecordingPanel
 from app.ui.panels.replay_panel import SPEEDS, ReplayPanel
-from app.ui.panels.sensors_panel import SensorsPanel
 from app.ui.panels.settings_panel import SettingsPanel
+from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
 from app.ui.pump import Pump, View
+from app.ui.reading import Reading
 from app.ui.roles import Roles
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
+from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import RecordedGoalView
 from app.ui.scene.memory_view import MemoryView
@@ -91,6 +95,7 @@ class ReplayPage:
 
     def stop(self) -> None:
         self.pump.stop()
+        self.coverage.close()
         close_page(self.server)
 
     def __enter__(self) -> Self:
@@ -111,7 +116,7 @@ class ReplayPage:
         scene = self._scene(player)
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
-        self.panel = ReplayPanel(server, player, clock, recording.marks)
+        self.panel = ReplayPanel(server, player, clock, recording.marks, self.reading)
         gui.add_html(banner_html(recording, player.timeline.mind.ghost))
         self._add_speed(player)
         show_blind(server, player)
@@ -119,13 +124,17 @@ class ReplayPage:
         with tabs.add_tab("Recording"):
             self.facts = RecordingPanel(server, player, survey, clock)
         with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, player)
+            scene = (*scene, self.coverage)
             switches = [switch for view in scene for switch in view.switches()]
             self.switches = ViewPanel(server, switches)
+        listen_to_clicks(server, player, self.chosen, self.cloud, self.coverage)
         with tabs.add_tab("Settings"):
             self.settings = SettingsPanel(server)
-        with tabs.add_tab("Health"):
-            self.sensors = SensorsPanel(server, player, recorded=True)
-            self.health = HealthPanel(server, player, traffic)
+        with tabs.add_tab("Skin"):
+            self.skin = SkinPanel(server, player, self.chosen, recorded=True)
+            with gui.add_folder("How well it ran", expand_by_default=False):
+                self.health = HealthPanel(server, player, traffic)
         with tabs.add_tab("Help"):
             help_text = asset_folder("static_assets") / "help_replay.md"
             gui.add_markdown(help_text.read_text("utf-8"))
@@ -136,10 +145,12 @@ class ReplayPage:
         self.roles = Roles(server, self.gate, (), lambda page: None, "the replay")
 
         views: tuple[View, ...] = (
-            self.panel, *scene, self.separation, self.facts, self.settings, self.sensors,
+            self.panel, *scene, self.separation, self.facts, self.settings, self.skin,
             self.health, self.plot, self.roles,
         )  # fmt: skip
-        self.panel.paces += [p for v in views for p in vars(v).values() if isinstance(p, Every)]
+        self.panel.paces += [
+            p for v in (self.reading, *views) for p in vars(v).values() if isinstance(p, Every)
+        ]
         self.pump = Pump(server, player, views, clock, traffic, self._still)
 
     def _scene(self, player: Player) -> tuple[Switched, ...]:
@@ -149,10 +160,15 @@ class ReplayPage:
         self.robot = RobotView(server, player)
         self.world = WorldView(server, player)
         self.separation = SeparationView(server)
+        self.chosen = Chosen(player.skin)
+        self.clicked = ChosenView(server, player, self.chosen)
+        self.cloud = CloudView(server, player)
+        self.reading = Reading(player.robot, stays=0.0)
         return (
             self.robot, GhostView(server, player), self.world, RecordedGoalView(server),
-            PairView(server, player), CloudView(server, player), MemoryView(server),
+            PairView(server, player, self.reading), self.cloud, MemoryView(server),
             CellView(server, player.cell), self.stage, BlindView(server, player),
+            self.clicked,
         )  # fmt: skip
 
     def _add_speed(self, player: Player) -> None:
@@ -167,6 +183,7 @@ class ReplayPage:
     def _still(self, seconds: float) -> None:
         """No other tick is shown: what is being computed goes on all the same."""
         self.panel.silent(seconds)
+        self.skin.refresh()
         self.facts.refresh()
         self.plot.refresh()
 

@@ -20,12 +20,14 @@ from app.ui.entrance import LONGEST
 WATCHING: tuple[type[m.Message], ...] = (m.ViewerCameraMessage,)
 OPERATING: tuple[type[m.Message], ...] = (
     m.GuiUpdateMessage,
+    m.GuiButtonHoldMessage,
     m.CommandTriggerMessage,
     m.TransformControlsDragStartMessage,
     m.TransformControlsUpdateMessage,
     m.TransformControlsDragEndMessage,
     m.SceneNodeClickMessage,
     m.SceneNodeDragMessage,
+    m.ScenePointerMessage,
 )
 # No uploads, no forms, no render replies, no share tunnel: the page has no use for them.
 KNOWN = {kind.__name__: kind for kind in (*WATCHING, *OPERATING)}
@@ -99,10 +101,19 @@ def _check(kind: str, table: dict[str, Any]) -> None:
         value = table.get(name)
         if value is None:
             continue
+        if (kind, name) == ("ScenePointerMessage", "screen_pos") and isinstance(value, list):
+            value = value[0] if len(value) == 1 else ()  # a click is a list of one place
         if not isinstance(value, list) or len(value) != length:
             raise MalformedError(f"a {kind} whose {name} is not {length} numbers")
         if not all(map(_number, value)):  # a page that is a few pixels small may say so
             raise UnusedError(f"a {kind} whose {name} is not finite")
+    if kind == "ScenePointerMessage":
+        if table.get("event_type") != "click":
+            raise UnusedError("a rectangle drawn over the scene")
+        if None in (table.get("ray_origin"), table.get("ray_direction")):
+            raise MalformedError("a click in the scene without its ray")
+    if not _number(table.get("frequency", 1.0)):
+        raise MalformedError(f"a {kind} whose frequency is no number")
     wxyz = table.get("wxyz")
     if wxyz is not None and not 0.5 < sum(v * v for v in wxyz) < 2.0:
         raise UnusedError(f"a {kind} whose wxyz is no rotation")

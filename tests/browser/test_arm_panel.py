@@ -189,7 +189,7 @@ def test_a_long_text_is_whole_where_the_mouse_rests(puppet: Puppet, window: Wind
     puppet.says = {"notice": Notice(LONG, refused=True)}
     window.get_by_title("Refused: port").wait_for()
     assert window.get_by_title("Refused: port").get_attribute("title") == f"Refused: {LONG}"
-    assert window.get_by_text("Closest 25 cm at the forearm").is_visible()
+    assert window.get_by_text("Forearm, 25 cm (keeps 25): can give way").is_visible()
 
 
 def test_stop_can_be_pressed_by_mouse_and_key(puppet: Puppet, window: Window) -> None:

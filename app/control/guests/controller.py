@@ -14,6 +14,7 @@ from app.control.controller import Situation
 from app.control.guests.arm import Arm
 from app.control.guests.frames import frames_of
 from app.control.limits import bring_into, velocity_box
+from app.control.wish import goal_ahead
 from app.errors import FlinchError
 from app.messages import Array, Command, JointState, SensorFrame, freeze
 from app.robot.model import Robot
@@ -40,7 +41,8 @@ class Guest:
         self._newest.update((f.sensor, f) for f in now.frames)
         frames, arm = frames_of(now, self._newest), self._arm
         arm.dt, arm.params, arm.share, arm.applied = now.dt, now.params, now.share, now.applied
-        goal = None if now.goal is None else now.goal.T_base_tool.copy()
+        aim = goal_ahead(now.wish, now.posture) if now.wish else now.goal
+        goal = None if aim is None else aim.T_base_tool.copy()
         joints = JointState(now.joints.stamp, now.joints.q.copy(), now.joints.qd.copy())
         doing = "__init__"
         try:

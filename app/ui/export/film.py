@@ -14,6 +14,7 @@ from app.robot.skin import Skin
 from app.timing import Latest
 from app.ui.export.eye import Eye
 from app.ui.pump import View
+from app.ui.reading import Reading
 from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
 from app.ui.scene.cloud_view import CloudView
@@ -95,9 +96,10 @@ class Film:
         for switch in clouds.switches():
             if switch.label != "All points":  # the legend of the document shows and hides them
                 switch.set(True)
+        reading = Reading(arm.robot, stays=0.0)
         return (
-            Stage(server, arm.cell), CellView(server, arm.cell), RobotView(server, arm),
-            BlindView(server, arm), clouds, MemoryView(server), PairView(server, arm),
+            reading, Stage(server, arm.cell), CellView(server, arm.cell), RobotView(server, arm),
+            BlindView(server, arm), clouds, MemoryView(server), PairView(server, arm, reading),
             SeparationView(server), GhostView(server, arm), _GoalMark(self),
             WorldView(server, arm, lambda name: None),
         )  # fmt: skip

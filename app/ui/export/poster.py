@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from app.colours import activation_colour
 from app.messages import Array, Snapshot, Verdict
 from app.raycast import RigidMesh
-from app.ui.colours import POINT, REMEMBERED, RGB, activation_colour
+from app.ui.colours import POINT, REMEMBERED, RGB
 from app.ui.export.eye import FOV, Eye
 from app.ui.export.film import Arm
 

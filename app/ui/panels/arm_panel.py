@@ -1,4 +1,4 @@
-"""Run, Hold, Stop and what the arm does, in a place of their own.
+"""Run, Hold, Stop and what the arm does, in a place of their own: the page's bar.
 
 A panel beside the main one, so it neither scrolls nor goes with a tab. The buttons come first and
 each line of text below has a fixed room, so that nothing here ever moves; what does not fit is
@@ -14,42 +14,56 @@ from app.actions import SetMode
 from app.messages import NO_NOTICE, Mode, Notice, Snapshot
 from app.timing import Clock
 from app.ui.access import words
-from app.ui.colours import ALARM, CALM, DANGER, GREY, RGB, WARN, activation_colour, css
+from app.ui.colours import ALARM, CALM, DANGER, FIXED, GO, GREY, RGB, WAIT, WARN, css
 from app.ui.engine import Engine
 from app.ui.pacing import Every
-from app.ui.words import closest_words, link_words, state_words
+from app.ui.reading import Reading
+from app.ui.words import MOVING, doing_words, fixed_words, state_words, too_near, yielding_words
 
-COLOUR = {Mode.IDLE: GREY, Mode.RUNNING: CALM, Mode.HOLDING: WARN, Mode.STOPPED: ALARM}
+COLOUR = {Mode.IDLE: GREY, Mode.RUNNING: CALM, Mode.HOLDING: WAIT, Mode.STOPPED: ALARM}
 NOTICE = 6.0  # [s] that a notice is shown
+TOLD = 12.0  # [s] that a stop is told in a corner of every page
 PERIOD = 0.1  # [s]
-ROOM = 176  # [px] height of the panel
+BEAT = 0.5  # [s] between two signs of life; the page's own script waits for them
+ROOM = 206  # [px] height of the panel
 
-WISH = "Keys R, H, S · Stop travels over a network: it is not an emergency stop"
+WISH = "Keys R, H, S or space · Stop travels over a network: it is not an emergency stop"
 
 
 class ArmPanel:
-    """Three buttons with their keys; the state and why, the closest distance, the last notice."""
+    """Three buttons with their keys; the state, what is near and what is done about it, and why.
 
-    def __init__(self, server: viser.ViserServer, engine: Engine, clock: Clock) -> None:
-        self._clock, self._pace = clock, Every(PERIOD)
-        self._links = [link_words(link) for link in engine.robot.links]
+    Of what is near it tells two distances: of what can give way, which is promised to be kept, and
+    of what cannot.
+    """
+
+    def __init__(
+        self, server: viser.ViserServer, engine: Engine, clock: Clock, reading: Reading
+    ) -> None:
+        self._server, self._clock, self._reading = server, clock, reading
+        self._pace, self._anew, self._mode = Every(PERIOD), -1, Mode.IDLE
+        self._beats, self._beat = Every(BEAT), 0
         self._notice, self._told_at = NO_NOTICE, float("-inf")
         gui = server.gui
         panel = gui.add_panel()
         with panel.add_tab("Arm"):
             gui.add_html(panel_style(ROOM))
+            self.beat = gui.add_html(beat_html(0))
             run = gui.add_button(
-                "Run", color="green", icon=viser.Icon.PLAYER_PLAY, hint="go to the goal (key R)"
+                "Run", color=GO, icon=viser.Icon.PLAYER_PLAY, hint="go to the goal (key R)"
             )
             hold = gui.add_button(
-                "Hold", color="yellow", icon=viser.Icon.HAND_STOP, hint="stay, but give way (key H)"
+                "Hold", color=WAIT, icon=viser.Icon.HAND_STOP, hint="stay, but give way (key H)"
             )
             stop = gui.add_button(
-                "Stop", color=DANGER, icon=viser.Icon.PLAYER_STOP, hint="brake, stand still (key S)"
-            )
+                "Stop", color=DANGER, icon=viser.Icon.PLAYER_STOP,
+                hint="brake, stand still (key S or space)",
+            )  # fmt: skip
             self.state = gui.add_html(state_html("Waiting", GREY))
-            self.why = gui.add_html(why_html("no snapshot has come yet"))
+            self.does = gui.add_html(does_html(""))
             self.closest = gui.add_html(closest_html(GREY, ""))
+            self.fixed = gui.add_html(fixed_html(""))
+            self.why = gui.add_html(why_html("no snapshot has come yet"))
             self.notice = gui.add_html(notice_html(NO_NOTICE))
             gui.add_html(line_html(WISH, WISH, "font-size:0.72em;opacity:0.7"))
         panel.dock_above(gui.main_panel)
@@ -58,12 +72,13 @@ class ArmPanel:
         run_key = gui.add_command("Run the arm", hotkey="R")
         hold_key = gui.add_command("Hold the arm", hotkey="H")
         stop_key = gui.add_command("Stop the arm", hotkey="S")
+        space = gui.add_command("Stop the arm at once", hotkey="space")
         self.buttons = (run, hold, stop)
-        self.everybody = (stop, stop_key)  # what a page may use that only watches
-        for button, key, mode in (
-            (run, run_key, Mode.RUNNING),
-            (hold, hold_key, Mode.HOLDING),
-            (stop, stop_key, Mode.STOPPED),
+        self.everybody = (stop, stop_key, space)  # what a page may use that only watches
+        for button, keys, mode in (
+            (run, (run_key,), Mode.RUNNING),
+            (hold, (hold_key,), Mode.HOLDING),
+            (stop, (stop_key, space), Mode.STOPPED),
         ):
 
             async def ask(event: Any, mode: Mode = mode) -> None:
@@ -71,17 +86,41 @@ class ArmPanel:
                 engine.post(SetMode(mode, reason=f"asked for by a person at {who}"))
 
             button.on_click(ask)
-            key.on_trigger(ask)
+            for key in keys:
+                key.on_trigger(ask)
 
     def update(self, snapshot: Snapshot) -> None:
+        mode, before = snapshot.status.mode, self._mode
+        self._mode = mode
+        if mode is Mode.STOPPED and before is not Mode.STOPPED:
+            self._tell_stop(snapshot.status.reason)
+        if self._beats.due(snapshot.stamp):
+            self._beat += 1
+            self.beat.content = beat_html(self._beat)
         if not self._pace.due(snapshot.stamp):
             return
         word, why = state_words(snapshot)
-        self.state.content = state_html(word, COLOUR[snapshot.status.mode])
         self.why.content = why_html(why)
-        colour = activation_colour(snapshot.command.activation)
-        self.closest.content = closest_html(colour, closest_words(snapshot, self._links))
-        self.notice.content = notice_html(self._recent(snapshot.notice))
+        self.notice.content = notice_html(self._recent(snapshot.notice), self._reading.pace)
+        if self._reading.anew != self._anew:  # what hops is read at one pace, see there
+            self._anew = self._reading.anew
+            self._tell_distances(snapshot)
+        close = too_near(self._reading.yields, self._reading.kept) and mode in MOVING
+        self.state.content = state_html(word, WARN if close else COLOUR[mode])
+
+    def _tell_distances(self, snapshot: Snapshot) -> None:
+        read = self._reading
+        self.does.content = does_html(doing_words(snapshot, read.links))
+        told = yielding_words(read.yields, read.links, read.kept)
+        self.closest.content = closest_html(read.colour, told)
+        self.fixed.content = fixed_html(fixed_words(read.stays, read.links, read.reasons))
+
+    def _tell_stop(self, reason: str) -> None:
+        """In a corner of every page, whatever it shows."""
+        for client in self._server.get_clients().values():
+            client.add_notification(
+                "The arm is stopped", reason, color="red", auto_close_seconds=TOLD
+            )
 
     def silent(self, seconds: float) -> None:
         """No snapshot has come for so long; what the page shows is old."""
@@ -111,6 +150,8 @@ div:has(> div > .arm-panel) > div {{ margin: 0 !important; padding: 0 !important
 div:has(> div > .arm-panel) button {{ padding: 0; height: 2.3em !important }}
 div:has(> .arm-panel) {{ display: none }}
 div:has(> .arm-line) {{ grid-column: 1 / -1 }}
+.arm-line {{ height: 1.5em; line-height: 1.5em; white-space: nowrap; overflow: hidden;
+  text-overflow: ellipsis; font-variant-numeric: tabular-nums; font-size: 0.85em }}
 [data-dock-scroll] > div:has(.arm-panel) {{ flex: 0 0 {room}px !important }}
 [data-dock-scroll] > div:has(.arm-panel) + [data-dock-divider] {{ pointer-events: none }}
 [data-dock-scroll] > div:has(.arm-panel) ~ div:not([data-dock-divider]) {{
@@ -138,33 +179,51 @@ def state_html(word: str, colour: RGB) -> str:
     )
 
 
+def beat_html(count: int) -> str:
+    """A sign of life for `static_assets/page/watch.js`; nothing to see."""
+    return f'<span class="arm-panel" data-beat="{count}"></span>'
+
+
+def does_html(text: str) -> str:
+    """What the controller does, in one line."""
+    return line_html(escape(text), text, "font-size:0.95em;font-weight:600")
+
+
 def why_html(why: str) -> str:
-    """Why it is so, in the room of three lines; the mouse resting on it tells the rest."""
+    """Why it is so, in the room of two lines; the mouse resting on it tells the rest."""
     why = escape(why, quote=True)
     return (
-        f'<div class="arm-line" title="{why}" style="margin-top:0.3em;font-size:0.85em;'
-        "height:4.2em;line-height:1.4;display:-webkit-box;-webkit-box-orient:vertical;"
-        f'-webkit-line-clamp:3;overflow:hidden">{why}</div>'
+        f'<div class="arm-line" title="{why}" style="height:2.8em;line-height:1.4;'
+        "white-space:normal;display:-webkit-box;-webkit-box-orient:vertical;"
+        f'-webkit-line-clamp:2;overflow:hidden">{why}</div>'
     )
 
 
 def closest_html(colour: RGB, text: str) -> str:
     """One line with a dot in the colour of the arrow in the scene."""
-    dot = f'<span style="color:{css(colour)}">&#9679;</span> ' if text else ""
-    return line_html(dot + escape(text), text, "font-size:0.85em;font-weight:600")
+    dot = f"{dot_html(colour)} " if text else ""
+    return line_html(dot + escape(text), text, "")
 
 
-def notice_html(notice: Notice) -> str:
-    """One line, empty when there is nothing to tell."""
+def fixed_html(text: str) -> str:
+    """One line with a hollow dot, in grey: nothing is promised of it."""
+    dot = f'<span style="color:{css(FIXED)}">&#9675;</span> ' if text else ""
+    return line_html(dot + escape(text), text, "opacity:0.8")
+
+
+def notice_html(notice: Notice, pace: str = "") -> str:
+    """One line, empty when there is nothing to tell; a notice goes before what is too slow."""
+    if not notice.words and pace:
+        return line_html(f"{dot_html(WARN)} {escape(pace)}", pace, "font-weight:600")
     text = f"Refused: {notice.words}" if notice.refused else notice.words
-    colour = f"color:{css(ALARM)}" if notice.refused else ""
-    return line_html(escape(text), text, f"font-size:0.85em;{colour}")
+    return line_html(escape(text), text, f"color:{css(DANGER)}" if notice.refused else "")
+
+
+def dot_html(colour: RGB) -> str:
+    """A dot of that colour."""
+    return f'<span style="color:{css(colour)}">&#9679;</span>'
 
 
 def line_html(shown: str, told: str, style: str) -> str:
     """One line that ends where the panel does; the mouse resting on it tells the rest."""
-    return (
-        f'<div class="arm-line" title="{escape(told, quote=True)}" style="height:1.5em;'
-        "line-height:1.5em;white-space:nowrap;overflow:hidden;text-overflow:ellipsis;"
-        f'font-variant-numeric:tabular-nums;{style}">{shown}</div>'
-    )
+    return f'<div class="arm-line" title="{escape(told, quote=True)}" style="{style}">{shown}</div>'

@@ -13,11 +13,13 @@ from app.messages import NO_NOTICE, Snapshot
 from app.record.marks import Mark
 from app.replay.player import Player
 from app.timing import Clock
-from app.ui.colours import ALARM, GREY, activation_colour
+from app.ui.colours import ALARM, GREY
 from app.ui.pacing import Every, HandsOff
 from app.ui.panels.arm_panel import (
     COLOUR,
     closest_html,
+    does_html,
+    fixed_html,
     line_html,
     notice_html,
     panel_style,
@@ -25,10 +27,11 @@ from app.ui.panels.arm_panel import (
     why_html,
 )
 from app.ui.panels.assign import assign
-from app.ui.words import closest_words, link_words, state_words
+from app.ui.reading import Reading
+from app.ui.words import doing_words, fixed_words, state_words, yielding_words
 
 PERIOD = 0.1  # [s] between two looks at the words
-ROOM = 236  # [px] height of the panel
+ROOM = 266  # [px] height of the panel
 MOST_MARKS = 40  # on the scrub bar; more are a smear
 SPEEDS = {"0.1 x": 0.1, "0.25 x": 0.25, "0.5 x": 0.5, "1 x": 1.0, "2 x": 2.0, "4 x": 4.0}
 KEYS = "Keys: P plays and pauses, B and N go a tick, J and K a mark"
@@ -46,10 +49,12 @@ class ReplayPanel:
     """
 
     def __init__(
-        self, server: viser.ViserServer, player: Player, clock: Clock, marks: Sequence[Mark]
-    ) -> None:
+        self, server: viser.ViserServer, player: Player, clock: Clock, marks: Sequence[Mark],
+        reading: Reading,
+    ) -> None:  # fmt: skip
+        """reading: read here, after the paces have forgotten, for all the other views."""
         self._player, self._hands, self._pace = player, HandsOff(clock), Every(PERIOD)
-        self._links = [link_words(link) for link in player.robot.links]
+        self._reading = reading
         self.marks = tuple(marks)
         self._places = [player.place_of(m.tick) for m in marks]
         self.paces: list[Every] = []
@@ -73,8 +78,10 @@ class ReplayPanel:
                 marks=bar_marks(player, self.marks) or None, hint="drag: any moment of it",
             )  # fmt: skip
             self.where = gui.add_html(line_html("", "", ""))
-            self.why = gui.add_html(why_html("the first tick is being computed"))
+            self.does = gui.add_html(does_html(""))
             self.closest = gui.add_html(closest_html(GREY, ""))
+            self.fixed = gui.add_html(fixed_html(""))
+            self.why = gui.add_html(why_html("the first tick is being computed"))
             self.notice = gui.add_html(notice_html(NO_NOTICE))
             gui.add_html(line_html(KEYS, KEYS, "font-size:0.72em;opacity:0.7"))
         panel.dock_above(gui.main_panel)
@@ -86,13 +93,17 @@ class ReplayPanel:
         if not player.playing:
             for pace in self.paces:
                 pace.anew()
+        read = self._reading
+        read.update(snapshot)
         if not (self._pace.due(snapshot.stamp) or not player.playing):
             return
         word, why = state_words(snapshot)
         self.state.content = state_html(word, COLOUR[snapshot.status.mode])
         self.why.content = why_html(why)
-        colour = activation_colour(snapshot.command.activation)
-        self.closest.content = closest_html(colour, closest_words(snapshot, self._links))
+        self.does.content = does_html(doing_words(snapshot, read.links))
+        told = yielding_words(read.yields, read.links, read.kept)
+        self.closest.content = closest_html(read.colour, told)
+        self.fixed.content = fixed_html(fixed_words(read.stays, read.links, read.reasons))
         self.notice.content = notice_html(snapshot.notice)
         if self._hands.free:
             assign(self.bar, round(snapshot.stamp - float(player.times[0]), 3))

@@ -83,6 +83,11 @@ class CloudView:
                 c.handle.points = parked(points, mine)
             c.handle.visible = shown
 
+    def shown(self) -> set[Verdict]:
+        """The verdicts whose points are drawn."""
+        on = {c.verdict for c in self._classes if c.on}
+        return set(Verdict) if None in on else {v for v in on if v is not None}
+
     def switches(self) -> list[Switch]:
         out = []
         for c in self._classes:

@@ -1,19 +1,21 @@
 """The closest pairs as arrows from the world's point to the robot's point.
 
-The thick arrow is the pair that the avoidance looks at, coloured by the activation, with the
-distance beside it. The thin ones are the closest pairs of the other links.
+The thick arrow is the closest pair that can give way, with the distance that the panel tells
+beside it, in the panel's colour; the thin grey one the closest that cannot. The dark ones are the
+closest pairs of all links.
 """
 
 import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.messages import Array, Pairs, Snapshot
-from app.ui.colours import CALM, DARK, RGB, activation_colour
+from app.messages import Array, Near, Pairs, Snapshot
+from app.ui.colours import CALM, DARK, FIXED, RGB
 from app.ui.engine import Engine
+from app.ui.reading import Reading
 from app.ui.scene.poses import place
 from app.ui.scene.switch import Switch
-from app.ui.words import link_words
+from app.ui.words import centimetres
 
 LEEWAY = 0.005  # [m] that the label may be off the arrow's end
 Segments = NDArray[np.float32]
@@ -22,64 +24,71 @@ Segments = NDArray[np.float32]
 class PairView:
     """Arrows and a label."""
 
-    def __init__(self, server: viser.ViserServer, engine: Engine) -> None:
-        scene = server.scene
-        self._names = [link_words(link) for link in engine.robot.links]
-        self._others_on = False
+    def __init__(self, server: viser.ViserServer, engine: Engine, reading: Reading) -> None:
+        self._reading, self._anew = reading, -1
+        self._others_on, self._on = False, True
         self._colour: RGB = CALM
-        self.arrow = scene.add_arrows(
-            "/pair/closest",
-            np.zeros((1, 2, 3)),
-            CALM,
-            shaft_radius=0.006,
-            head_radius=0.017,
-            head_length=0.04,
-            visible=False,
-        )
-        self.label = scene.add_label(
+        self.arrow = _arrows(server, "/pair/closest", 1, CALM, (0.006, 0.017, 0.04))
+        self.fixed = _arrows(server, "/pair/fixed", 1, FIXED, (0.003, 0.009, 0.025))
+        self.label = server.scene.add_label(
             "/pair/distance", "", anchor="bottom-center", font_screen_scale=1.25, visible=False
         )
-        self.others = scene.add_arrows(
-            "/pair/links",
-            np.zeros((len(self._names), 2, 3)),
-            DARK,
-            shaft_radius=0.002,
-            head_radius=0.007,
-            head_length=0.02,
-            visible=False,
-        )
+        links = len(engine.robot.links)
+        self.others = _arrows(server, "/pair/links", links, DARK, (0.002, 0.007, 0.02))
 
     def update(self, snapshot: Snapshot) -> None:
-        self._closest(snapshot.pairs, snapshot.command.activation)
+        near, read = snapshot.nearness, self._reading
+        told = self._show(self.arrow, near.yields, read.yields)
+        self._show(self.fixed, near.stays, read.stays)
+        if told and read.anew != self._anew:
+            self._anew = read.anew
+            self._say(read.yields)
+        self.label.visible = told
         segments = link_segments(snapshot.body) if self._others_on else None
         if segments is not None:
             self.others.points = segments
         self.others.visible = segments is not None
 
     def switches(self) -> list[Switch]:
-        return [Switch("Link arrows", False, self._show_others, "closest pair of each body link")]
+        closest = "the closest point that can give way, and in grey the closest that cannot"
+        return [
+            Switch("Distance", True, self._show_closest, closest),
+            Switch("Link arrows", False, self._show_others, "closest pair of each body link"),
+        ]
 
-    def _closest(self, pairs: Pairs, activation: float) -> None:
-        seen = pairs.closest >= 0
-        if seen:
-            i = pairs.closest
-            world, robot = pairs.on_world[i], pairs.on_robot[i]
-            normal = pairs.normal[i]
-            self.arrow.points = visible_segments(world[None], robot[None], normal[None])
-            if np.abs(self.label.position - world).max() > LEEWAY:
-                place(self.label, world)
-            self._say(self._names[int(pairs.link[i])], float(pairs.distance[i]), activation)
-        self.arrow.visible = self.label.visible = seen
+    def _show(self, arrow: viser.ArrowsHandle, now: Near, told: Near) -> bool:
+        """Draw the pair as it is now, as long as it is the one that is told."""
+        shown = self._on and told.seen
+        if shown and now.link == told.link:
+            arrow.points = visible_segments(
+                now.on_world[None], now.on_robot[None], now.normal[None]
+            )
+        arrow.visible = shown
+        return shown
 
-    def _say(self, name: str, distance: float, activation: float) -> None:
-        self.label.text = f"{100.0 * distance:.0f} cm · {name}"
-        colour = activation_colour(activation)
-        if colour != self._colour:
-            self._colour = colour
-            self.arrow.colors = np.array(colour, dtype=np.uint8)
+    def _say(self, near: Near) -> None:
+        self.label.text = f"{centimetres(near.distance)} · {self._reading.links[near.link]}"
+        if np.abs(self.label.position - near.on_world).max() > LEEWAY:
+            place(self.label, near.on_world)
+        if self._reading.colour != self._colour:
+            self._colour = self._reading.colour
+            self.arrow.colors = np.array(self._colour, dtype=np.uint8)
+
+    def _show_closest(self, on: bool) -> None:
+        self._on = on
 
     def _show_others(self, on: bool) -> None:
         self._others_on = on
+
+
+def _arrows(
+    server: viser.ViserServer, name: str, count: int, colour: RGB, size: tuple[float, float, float]
+) -> viser.ArrowsHandle:
+    """Arrows of one colour; size: radius of the shaft, radius and length of the head [m]."""
+    return server.scene.add_arrows(
+        name, np.zeros((count, 2, 3)), colour, shaft_radius=size[0], head_radius=size[1],
+        head_length=size[2], visible=False,
+    )  # fmt: skip
 
 
 def link_segments(body: Pairs) -> Segments | None:

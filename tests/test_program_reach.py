@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from app.cell.parts import Box, Cell
+from app.control.program_reach import reach_words
 from app.control.programs import Program, Waypoint
-from app.control.reach import reach_words
 from app.control.stuck import Stuck
 from app.messages import Command, Goal, freeze
 from app.poses import pose, transform
