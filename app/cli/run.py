@@ -14,6 +14,7 @@ import tyro
 
 from app.cli.confirm import confirm
 from app.cli.desktop import has_desktop
+from app.cli.interrupt import end_at_once, end_in_order
 from app.cli.kernels import print_progress
 from app.cli.seed import Seed
 from app.cli.which import WhichRobot
@@ -144,6 +145,7 @@ class Run(WhichRobot):
     def __call__(self) -> None:
         from app.setup import SIMULATED
 
+        end_at_once()
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
@@ -183,6 +185,7 @@ class Run(WhichRobot):
         recorders: list[Recorder] = []
 
         def ready(engine: "Engine") -> None:
+            end_in_order()
             if self.record is not None:
                 in_real_time = isinstance(clock_for(setup), WallClock)
                 recorders.append(start_recording(engine, setup, self.record, in_real_time))
@@ -239,8 +242,6 @@ def _serve(
     from app.wiring import build_engine
 
     quit_asked = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: quit_asked.set())
     host, port, token, origins = entrance
     with ExitStack() as ends:  # in the other order: what shows the engine goes before it
         recorders: list[Recorder] = []
@@ -248,6 +249,7 @@ def _serve(
         setup = replace(setup, apart=True)
         engine = build_engine(setup, WallClock(), params)
         ends.callback(engine.close)
+        end_in_order()
         if files.record is not None:
             recorders.append(start_recording(engine, setup, files.record))
         ring = Ring(engine, setup)
@@ -258,8 +260,8 @@ def _serve(
         live = LiveViews(engine, window.port, window.origins) if window else None
         if live:
             ends.callback(live.stop)
-        if quit_asked.is_set():
-            return  # asked before anything could move
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: quit_asked.set())
         engine.progress = print_progress
         engine.start()
         page.start()
