@@ -23,6 +23,7 @@ from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.record_panel import RecordPanel
 from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
+from app.ui.panels.world_panel import WorldPanel
 from app.ui.pump import Pump, View
 from app.ui.reading import Reading
 from app.ui.roles import Roles
@@ -32,6 +33,7 @@ from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
+from app.ui.scene.hand_view import HandView
 from app.ui.scene.memory_view import MemoryView
 from app.ui.scene.pair_view import PairView
 from app.ui.scene.robot_view import RobotView
@@ -42,6 +44,7 @@ from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
 from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
+from app.ui.undo import Undo
 
 
 class Page:
@@ -121,8 +124,10 @@ class Page:
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
-        self.goal = GoalView(server, engine, clock)
-        self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
+        self.undo = Undo(engine, clock)  # remembers what moves the goal and the bodies
+        self.goal = GoalView(server, self.undo, clock)
+        self.world = WorldView(server, self.undo, lambda name: self.obstacles.select(name))
+        self.hand = HandView(server, engine, self.world)
 
         gui.main_panel.dock_right()
         gui.main_panel.set_width(400)
@@ -133,7 +138,8 @@ class Page:
         with tabs.add_tab("Move"):
             self.move = MovePanel(server, engine, clock)
         with tabs.add_tab("Cell"):
-            self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
+            self.obstacles = ObstaclesPanel(server, self.undo, clock, shapes)
+            self.people = WorldPanel(server, engine, self.undo)
             self.background = BackgroundPanel(server, engine)
         with tabs.add_tab("View"):
             self.switches = ViewPanel(server, self._switches())
@@ -159,6 +165,7 @@ class Page:
             self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
             self.move, self.params, self.plot, self.health, self.memory, self.roles,
             self.skin, self.separation, self.cones, self.clicked,
+            self.people, self.hand,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
