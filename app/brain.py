@@ -182,7 +182,9 @@ class Brain:
             )  # fmt: skip
             command = mind.update(now, self._guard.unseen)
             if wish is not None:
-                self._granted = granted(wish, command, posture, seen.steady, self.robot)
+                self._granted = granted(
+                    wish, command, posture, seen.steady, self.robot, p.joint_speed
+                )
         else:
             command = mind.brake(x.joints, x.dt, x.applied)
         if not np.isfinite(command.qd).all():

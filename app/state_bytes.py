@@ -23,6 +23,7 @@ ARRAY, SCALAR, ENUM, FACT, TUPLE, LIST, DICT, COUNTER, SET, FROZEN_SET, DEQUE, O
 SIMPLE = (bool, int, float, str, bytes, type(None))  # written as they are; the rest as [number]
 SEQUENCES: dict[type, int] = {tuple: TUPLE, list: LIST, set: SET, frozenset: FROZEN_SET}
 NUMERIC = "biuf"
+PACKAGE = __name__.partition(".")[0]
 OTHER = "the recording begins in the middle of a run, with a state that does not fit"
 
 
@@ -79,8 +80,11 @@ def is_fact(value: Any, facts: Facts) -> bool:
 
 
 def name_of(kind: type) -> str:
-    """How a class is written."""
-    return f"{kind.__module__}.{kind.__qualname__}"
+    """How a class is written: ours as in a checkout, whatever the installed package is called
+    (see `hatch_build.py`)."""
+    package, _, room = kind.__module__.partition(".")
+    package = "app" if package == PACKAGE else package
+    return ".".join(filter(None, (package, room, kind.__qualname__)))
 
 
 class _Writer:

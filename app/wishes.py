@@ -76,6 +76,8 @@ class Wishes:
         if guard.mode not in (Mode.RUNNING, Mode.HOLDING):
             raise ValueError(STANDS)
         self.errand.jog(action, now)
+        if self.notice.refused:
+            self.notice = NO_NOTICE  # what was refused before is done now
         if guard.mode is Mode.RUNNING and self.errand.by_hand:
             guard.ask(Mode.HOLDING, action.reason, now)
 

@@ -11,6 +11,7 @@ from zipfile import ZipFile
 import pytest
 
 import app
+from hatch_build import own_names
 
 ROOT = Path(__file__).parent.parent
 
@@ -34,11 +35,11 @@ def run(*command: str | Path, cwd: Path) -> str:
 
 def test_the_wheel_carries_every_module_every_robot_and_every_scene(wheel: Path) -> None:
     inside = set(ZipFile(wheel).namelist())
-    modules = {str(p.relative_to(ROOT)) for p in (ROOT / "app").rglob("*.py")}
+    modules = {f"flinch/{p.relative_to(ROOT / 'app')}" for p in (ROOT / "app").rglob("*.py")}
     assert modules - inside == set()
     for folder in ("robots", "static_assets"):
         files = [p for p in (ROOT / folder).rglob("*") if p.is_file() and p.suffix != ".pyc"]
-        carried = {f"app/_data/{p.relative_to(ROOT)}" for p in files}
+        carried = {f"flinch/_data/{p.relative_to(ROOT)}" for p in files}
         assert carried - inside == set()
 
 
@@ -55,21 +56,60 @@ def test_the_wheel_carries_every_module_every_robot_and_every_scene(wheel: Path)
 )
 def test_the_wheel_carries_what_a_run_reads(wheel: Path, pattern: str) -> None:
     inside = [Path(name) for name in ZipFile(wheel).namelist()]
-    assert any(name.match(f"app/_data/{pattern}") for name in inside)
+    assert any(name.match(f"flinch/_data/{pattern}") for name in inside)
 
 
 def test_the_wheel_carries_nothing_but_the_product(wheel: Path) -> None:
     top = {name.split("/")[0] for name in ZipFile(wheel).namelist()}
-    assert top == {"app", f"flinch-{app.__version__}.dist-info"}
+    assert top == {"flinch", f"flinch-{app.__version__}.dist-info"}
 
 
 def test_the_unpacked_wheel_finds_its_own_folders(wheel: Path, tmp_path: Path) -> None:
     ZipFile(wheel).extractall(tmp_path)
     names = ("robots", "static_assets")
-    ask = f"from app.assets import asset_folder as f; print(*map(f, {names}), sep='\\n')"
+    ask = f"from flinch.assets import asset_folder as f; print(*map(f, {names}), sep='\\n')"
     told = run(sys.executable, "-c", ask, cwd=tmp_path).splitlines()
-    data = tmp_path / "app" / "_data"
+    data = tmp_path / "flinch" / "_data"
     assert told == [str(data / name) for name in names]
+
+
+def test_the_unpacked_wheel_is_flinch_all_the_way_down(wheel: Path, tmp_path: Path) -> None:
+    """The checkout is on the path of this environment, so what leaned on it would find it."""
+    ZipFile(wheel).extractall(tmp_path)
+    ask = (
+        "import sys, flinch, flinch.cli, flinch.wiring, flinch.ui.page, flinch.studies.pool;"
+        "assert all(hasattr(flinch, name) for name in flinch.__all__);"
+        "print(*{m.split('.')[0] for m in sys.modules} & {'app', 'flinch'}, flinch.__file__)"
+    )
+    told = run(sys.executable, "-c", ask, cwd=tmp_path).split()
+    assert told == ["flinch", str(tmp_path / "flinch" / "__init__.py")]
+
+
+def test_no_name_of_the_checkout_is_left_in_the_wheel(wheel: Path) -> None:
+    rule = own_names(ROOT / "app")
+    with ZipFile(wheel) as file:
+        for name in (n for n in file.namelist() if n.endswith(".py")):
+            text = file.read(name).decode()
+            assert not rule.search(text), name
+            compile(text, name, "exec")
+
+
+def test_a_rule_that_renames_leaves_other_names_alone(tmp_path: Path) -> None:
+    rule = own_names(ROOT / "app")
+    for text in ("https://app.foxglove.dev", "my.app.control", "app.command(name)", "app = 1"):
+        assert rule.sub("flinch", text) == text
+    for text in ("from app import actions", "`app.control.qp`", '"app.ui.onlooker"'):
+        assert rule.sub("flinch", text) == text.replace("app", "flinch", 1)
+
+
+def test_an_editable_wheel_points_at_the_checkout_and_renames_nothing(tmp_path: Path) -> None:
+    make = f"from hatchling.build import build_editable as b; b({str(tmp_path)!r})"
+    run(sys.executable, "-c", make, cwd=ROOT)
+    (built,) = tmp_path.glob("*.whl")
+    with ZipFile(built) as file:
+        top = [n for n in file.namelist() if "dist-info" not in n]
+        assert [n.endswith(".pth") for n in top] == [True]
+        assert file.read(top[0]).decode().strip() == str(ROOT)
 
 
 @pytest.mark.slow

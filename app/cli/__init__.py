@@ -59,17 +59,17 @@ COMMANDS: dict[str, Callable[..., Any]] = {
 def main(args: Sequence[str] | None = None) -> int:
     """Entry point; a user's error is one line on standard error and exit code 1."""
     logging.basicConfig(level=logging.WARNING, format="%(levelname)s %(name)s: %(message)s")
-    app = tyro.extras.SubcommandApp()
+    commands = tyro.extras.SubcommandApp()
     for name, command in COMMANDS.items():
-        app.command(name=name)(command)
+        commands.command(name=name)(command)
     given = list(sys.argv[1:] if args is None else args)
     try:
         _refuse_old_names(given)
-        app.cli(args=args, prog="flinch", description="A robot arm that gives way.")()
+        run = commands.cli(args=args, prog="flinch", description="A robot arm that gives way.")
+        return run() or 0
     except FlinchError as error:
         print(f"flinch: {error}", file=sys.stderr)
         return 1
-    return 0
 
 
 def _refuse_old_names(args: Sequence[str]) -> None:

@@ -1,5 +1,7 @@
 """A velocity that is asked for: what the joints would have to do for it, and what became of it."""
 
+from typing import Any
+
 import numpy as np
 
 from app.control.goals import LAMBDA_O, LAMBDA_P
@@ -67,20 +69,25 @@ def unchanged(qd: Array, jacobian: Array, bound: Array, low: Array, high: Array)
     return Answer(qd, 1.0, np.zeros(m), np.zeros(m, dtype=np.bool_))
 
 
-def granted(wish: Wish, command: Command, posture: Posture, pairs: Pairs, robot: Robot) -> Granted:
-    """How much of the wish a command does, and what holds the rest back."""
+def granted(
+    wish: Wish, command: Command, posture: Posture, pairs: Pairs, robot: Robot, speed: float
+) -> Granted:  # fmt: skip
+    """How much of the wish a command does, and what holds the rest back.
+
+    speed: 0..1 of the joints' velocity limits that may be used.
+    """
     if wish.qd is not None:
         asked, done = wish.qd, command.qd
     else:
         asked, done = tool_twist(wish, posture), posture.tool_jacobian() @ command.qd
     size = float(asked @ asked)
     share = float(done @ asked) / size if size > 0.0 else 1.0
-    by = "" if share >= DONE else _what_holds(wish, command, posture, pairs, robot)
+    by = "" if share >= DONE else _what_holds(wish, command, posture, pairs, robot, speed)
     return Granted(wish, share, by)
 
 
 def _what_holds(
-    wish: Wish, command: Command, posture: Posture, pairs: Pairs, robot: Robot
+    wish: Wish, command: Command, posture: Posture, pairs: Pairs, robot: Robot, speed: float
 ) -> str:  # fmt: skip
     row = command.control_row
     if 0 <= row < len(pairs.link):
@@ -90,14 +97,25 @@ def _what_holds(
         return command.reason
     if command.activation > 0.0:
         return "the arm's own body or the known cell"
-    q, qd = posture.q, joints_for(wish, posture)
-    ends = ((robot.q_max - MARGIN - q < AT_END) & (qd > 0.0)) | (
-        (q - robot.q_min - MARGIN < AT_END) & (qd < 0.0)
-    )
+    return _joints_hold(joints_for(wish, posture), wish, posture, robot, speed)
+
+
+def _joints_hold(qd: Array, wish: Wish, posture: Posture, robot: Robot, speed: float) -> str:
+    """Where a joint is at its end or too slow for `qd` (n,), or no joints can do the wish."""
+    at_high = (robot.q_max - MARGIN - posture.q < AT_END) & (qd > 0.0)
+    at_low = (posture.q - robot.q_min - MARGIN < AT_END) & (qd < 0.0)
+    ends = at_high | at_low
     if ends.any():
-        return f"{robot.joints[int(np.argmax(ends * np.abs(qd)))]} is at the end of its range"
+        return f"{_joint(robot, np.argmax(ends * np.abs(qd)))} is at the end of its range"
+    haste = np.abs(qd) / (speed * robot.qd_max)
+    if haste.max() > 1.0:
+        return f"{_joint(robot, np.argmax(haste))} would have to be faster than it may"
     if wish.twist is not None:
         left = posture.tool_jacobian() @ qd - wish.twist
         if float(left @ left) > (1.0 - DONE) * float(wish.twist @ wish.twist):
             return "the arm is stretched or folded: it cannot move that way here"
     return ""
+
+
+def _joint(robot: Robot, j: Any) -> str:
+    return robot.joints[int(j)].removesuffix("_joint").replace("_", " ")

@@ -31,6 +31,7 @@ from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
 from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
 from app.ui.scene.hand_view import HandView
@@ -94,6 +95,7 @@ class Page:
 
     def stop(self) -> None:
         self.pump.stop()
+        self.coverage.close()
         close_page(self.server)
 
     def __enter__(self) -> Self:
@@ -119,7 +121,6 @@ class Page:
         self.memory = MemoryView(server)
         self.chosen = Chosen(engine.skin)
         self.clicked = ChosenView(server, engine, self.chosen)
-        listen_to_clicks(server, engine, self.chosen, self.cloud)
         self.reading = Reading(engine.robot)
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
@@ -136,12 +137,13 @@ class Page:
         self.blind = show_blind(server, engine)
         tabs = gui.add_tab_group()
         with tabs.add_tab("Move"):
-            self.move = MovePanel(server, engine, clock)
+            self.move = MovePanel(server, self.undo, clock)
         with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, self.undo, clock, shapes)
             self.people = WorldPanel(server, engine, self.undo)
             self.background = BackgroundPanel(server, engine)
         with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, engine)
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
             shelf = Shelf(desk.folder, "settings") if desk is not None else None
@@ -150,6 +152,7 @@ class Page:
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
+        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
         with tabs.add_tab("Plots"):
             self.plot = PlotPanel(server, engine)
         self.record: RecordPanel | None = None
@@ -164,8 +167,8 @@ class Page:
             self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
             self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
             self.move, self.params, self.plot, self.health, self.memory, self.roles,
-            self.skin, self.separation, self.cones, self.clicked,
-            self.people, self.hand,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage, self.people,
+            self.hand,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
@@ -179,6 +182,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage, self.cones, self.clicked,
+            self.cell, self.stage, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

@@ -208,8 +208,10 @@ def value_html(name: str, value: str, share: float | None = None, hint: str = ""
             f'background:currentColor;left:calc({left:.1f}% - 1px)"></div></div>'
         )
     return (
-        f'<div title="{escape(hint)}" style="text-align:center;font-size:0.78em;line-height:1.25;'
-        f'white-space:nowrap;overflow:hidden">{escape(name)} <b>{escape(value)}</b>{bar}</div>'
+        f'<div title="{escape(hint)}" style="font-size:0.78em;line-height:1.25">'
+        '<div style="display:flex;justify-content:center;gap:0.4em;white-space:nowrap">'
+        f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(name)}</span>'
+        f"<b>{escape(value)}</b></div>{bar}</div>"
     )
 
 
