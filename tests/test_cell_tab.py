@@ -16,16 +16,20 @@ from app.actions import (
     StepWorld,
 )
 from app.errors import WorldError
-from app.messages import Goal
+from app.messages import BodyPose, Goal
 from app.plant.plant import refusal
 from app.plant.simulated import SimulatedPlant
+from app.poses import transform
 from app.robot.arm import SimulatedArm
 from app.sensing.source import Unfailing
 from app.timing import ManualClock
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, placed, resized
+from app.ui.panels.world_panel import WorldPanel
+from app.ui.shelf import Shelf
 from app.ui.undo import Undo
 from app.world.entries import person_called
 from app.world.people import WHO
+from app.world.scene import load_scene
 from app.world.world import Exchange, World
 from tests.ui_page import (  # noqa: F401 - fixtures
     at,
@@ -215,3 +219,25 @@ def test_a_body_in_the_hand_shows_its_distance_and_what_it_stands_above(page, en
     page.world.drag("ball", event)
     show(page, engine, snapshot(engine, world=(there,)))
     assert not page.hand.label.visible
+
+
+def test_a_saved_scene_has_what_was_added_and_can_be_run(engine, tmp_path):
+    posted = []
+    listens = SimpleNamespace(**vars(engine) | {"post": posted.append})
+    with serving(port=0) as server:
+        undo = Undo(listens, ManualClock(1.0))
+        panel = WorldPanel(server, listens, undo, Shelf(tmp_path, "scene"), "empty")
+        turned = transform(np.array([0.5, 0.1, 0.4]), np.radians([0.0, 0.0, 30.0]))
+        undo.see(snapshot(engine))
+        undo.post(AddObstacle('a "box"', dict(SHAPES["Box"]), (0.5, 0.0, 0.4)))
+        view = body('a "box"')
+        panel.update(snapshot(engine, world=(BodyPose(view, turned),)))
+        panel.keep()
+    (name,) = panel._shelf.names()
+    assert name in posted[-1].words
+    scene = load_scene(tmp_path / name)
+    (box,) = [b for b in scene.bodies if b.name == 'a "box"']
+    np.testing.assert_allclose(box.motion.pose(0.0), turned, atol=1e-4)
+    panel._scene = "nowhere"
+    panel.keep()
+    assert posted[-1].refused and "nowhere" in posted[-1].words

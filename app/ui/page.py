@@ -140,7 +140,9 @@ class Page:
             self.move = MovePanel(server, self.undo, clock)
         with tabs.add_tab("Cell"):
             self.obstacles = ObstaclesPanel(server, self.undo, clock, shapes)
-            self.people = WorldPanel(server, engine, self.undo)
+            scenes = Shelf(desk.folder, "scene") if desk is not None else None
+            scene = desk.scene if desk is not None else ""
+            self.people = WorldPanel(server, engine, self.undo, scenes, scene)
             self.background = BackgroundPanel(server, engine)
         with tabs.add_tab("View"):
             self.coverage = CoverageView(server, engine)

@@ -10,6 +10,7 @@ from app.actions import Action, AddObstacle, MoveObstacle, RemoveObstacle, SetGo
 from app.messages import Snapshot
 from app.timing import Clock
 from app.ui.engine import Engine
+from app.world.saving import Added
 
 MOST = 100  # steps that are remembered
 TOGETHER = 1.0  # [s] moves of one thing that follow each other faster are one step
@@ -50,6 +51,15 @@ class Undo:
         if isinstance(action, AddObstacle):
             self._shapes[action.name] = action
         self._engine.post(action)
+
+    def added(self) -> list[Added]:
+        """The bodies that were added here and are still there."""
+        world = self._snapshot.world if self._snapshot is not None else ()
+        return [
+            Added(p.view.name, self._shapes[p.view.name].shape, p.T_base_body)
+            for p in world
+            if p.view.name in self._shapes
+        ]
 
     def undo(self) -> None:
         """Take the last step back, if there is one."""
