@@ -67,6 +67,7 @@ class FakeEngine:
     skin: Skin
     snapshots: Latest[Snapshot] = field(default_factory=Latest)
     source: str = "a test"
+    editable: bool = True
     scene: str = "none"
     programs: tuple[str, ...] = ("screws",)
     cell: Cell = CELL

@@ -24,6 +24,7 @@ from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.record_panel import RecordPanel
 from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
+from app.ui.panels.world_panel import WorldPanel
 from app.ui.pump import Pump, View
 from app.ui.reading import Reading
 from app.ui.roles import Roles
@@ -34,6 +35,7 @@ from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
+from app.ui.scene.hand_view import HandView
 from app.ui.scene.memory_view import MemoryView
 from app.ui.scene.pair_view import PairView
 from app.ui.scene.robot_view import RobotView
@@ -44,6 +46,7 @@ from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
 from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
+from app.ui.undo import Undo
 
 TOUR = (  # heard by static_assets/page/tour.js
     '<button data-flinch-tour title="five short steps" style="margin:0 0.8em 0.7em;padding:'
@@ -130,7 +133,8 @@ class Page:
             self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
             self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
             self.move, self.params, self.plot, self.health, self.memory, self.roles,
-            self.skin, self.separation, self.cones, self.clicked, self.coverage,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage, self.people,
+            self.hand,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
@@ -150,8 +154,10 @@ class Page:
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
-        self.goal = GoalView(server, engine, clock)
-        self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
+        self.undo = Undo(engine, clock)  # remembers what moves the goal and the bodies
+        self.goal = GoalView(server, self.undo, clock)
+        self.world = WorldView(server, self.undo, lambda name: self.obstacles.select(name))
+        self.hand = HandView(server, engine, self.world)
 
     def _build_tabs(
         self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None, traffic: Traffic
@@ -159,9 +165,12 @@ class Page:
         server, gui = self.server, self.server.gui
         tabs = gui.add_tab_group()
         with tabs.add_tab("Move"):
-            self.move = MovePanel(server, engine, clock)
+            self.move = MovePanel(server, self.undo, clock)
         with tabs.add_tab("Cell"):
-            self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
+            self.obstacles = ObstaclesPanel(server, self.undo, clock, shapes)
+            scenes = Shelf(desk.folder, "scene") if desk is not None else None
+            scene = desk.scene if desk is not None else ""
+            self.people = WorldPanel(server, engine, self.undo, scenes, scene)
             self.background = BackgroundPanel(server, engine)
         with tabs.add_tab("Skin"):
             self.skin = SkinPanel(server, engine, self.chosen)

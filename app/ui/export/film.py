@@ -38,6 +38,7 @@ class Arm:
     cell: Cell
     scene: str = ""
     source: str = ""
+    editable: bool = False
     programs: tuple[str, ...] = ()
     snapshots: Latest[Snapshot] = field(default_factory=Latest)
 

@@ -56,6 +56,11 @@ class WorldView:
         if snapshot.world and (self._pace.due(snapshot.stamp) or dragged):
             self._nodes.show(np.array([p.T_base_body for p in snapshot.world]))
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the bodies that somebody drags."""
+        return tuple(name for _, name in self._grabs)
+
     def switches(self) -> list[Switch]:
         return [
             Switch(
