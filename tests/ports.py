@@ -58,7 +58,7 @@ class HandPort:
         s = self.stream
         return PortFacts(
             self.open, s.format, self.heard, self.spoke, s.frames, s.damaged, s.lost,
-            s.drift, self.error, 0.0, s.restarts, 0, s.trouble, s.rate,
+            s.drift, self.error, 0.0, s.restarts, 0, s.trouble, s.rate, s.clock,
         )  # fmt: skip
 
     def close(self):

@@ -1,5 +1,7 @@
 """A board's clock on the host's axis: drift, wrap, jitter, reset, and frames held up."""
 
+import re
+
 import numpy as np
 import pytest
 
@@ -85,3 +87,67 @@ def test_frames_in_another_order_keep_their_own_times():
     first = clock.stamp(30_100_000, 80.1002)
     second = clock.stamp(30_060_000, 80.1004)
     assert (first, second) == pytest.approx((80.1001, 80.0601), abs=2e-4)
+
+
+# --- clocks that are none -----------------------------------------------------------------
+
+
+def told(stamps, rate=45.0, jitter=0.0, begin=50.0):
+    """What a clock is said to suffer from after each of these stamps [us]."""
+    rng, clock, out = np.random.default_rng(2), DeviceClock(), []
+    for i, t in enumerate(stamps):
+        arrival = begin + i / rate + rng.uniform(0.0, jitter)
+        assert clock.stamp(int(t) % WRAP, arrival) <= arrival
+        out.append(clock.trouble)
+    return out
+
+
+GOOD = np.arange(450) * 22_222
+
+
+@pytest.mark.parametrize(
+    ("after", "says"),
+    [
+        (np.full(450, GOOD[-1]), "stands still"),
+        (np.zeros(450), "stands still"),
+        (GOOD[::-1], "runs backwards"),
+        (WRAP // 2 + np.random.default_rng(0).integers(0, WRAP // 2, 450), "leaps"),
+        (GOOD[-1] + np.arange(450) * 2e6, "leaps"),
+        (GOOD[-1] + np.arange(900) * 22_222 * 0.5, "runs at 0.5 times"),
+        (GOOD[-1] + np.arange(900) * 22_222 * 1.5, "runs at 1.5 times"),
+        (GOOD[-1] + np.arange(900) * 22.222, "runs at 0.001 times|stands still"),
+    ],
+)
+def test_a_clock_that_stands_runs_back_leaps_or_runs_otherwise_is_named(after, says):
+    words = told(np.concatenate((GOOD, after)))
+    assert not any(words[: len(GOOD)])
+    assert re.search(says, "|".join(filter(None, words)))
+    assert words[-1]  # and it stays so while the clock does
+
+
+def test_a_good_clock_after_a_bad_one_is_believed_again_after_some_seconds():
+    after = GOOD[-1] + 10_000_000 + np.arange(200) * 22_222
+    words = told(np.concatenate((GOOD, np.full(90, GOOD[-1]), after)))
+    assert words[len(GOOD) + 80] and not words[-1]
+
+
+@pytest.mark.parametrize(
+    "stamps",
+    [
+        GOOD,
+        GOOD + np.random.default_rng(0).integers(-15_000, 15_000, 450),  # sensors in any order
+        np.repeat(GOOD[:90] * 5, 5),  # five sensors with one stamp
+        np.concatenate((GOOD, np.arange(450) * 22_222)),  # one reset
+        WRAP - 4_000_000 + GOOD,  # a wrap
+    ],
+)
+def test_a_clock_that_is_one_is_never_suspected(stamps):
+    assert not any(told(np.maximum(stamps, 0), jitter=5e-3))
+
+
+def test_frames_that_were_held_up_do_not_make_a_clock_a_bad_one():
+    clock = DeviceClock()
+    for round_ in range(20):  # each second of frames comes at once
+        for i in range(45):
+            clock.stamp(round((round_ + i / 45) * 1e6), 51.0 + round_)
+            assert not clock.trouble

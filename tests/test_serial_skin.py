@@ -168,6 +168,19 @@ def test_a_board_that_was_reset_goes_on_and_is_told_of(cell):
     assert cell.ports[0].facts().lost == 0
 
 
+@pytest.mark.parametrize(
+    ("ppm", "says"), [(-1e6, "its clock stands still"), (-2e6, "its clock runs backwards")]
+)
+def test_a_board_whose_clock_is_none_stops_the_arm_by_its_own_name(cell, ppm, says):
+    cell.running()
+    cell.boards[1].boot_us = 1_000_000_000
+    cell.boards[1].ppm = ppm
+    s = cell.run(0.8)
+    assert s.status.mode is Mode.STOPPED
+    assert s.status.reason == f"port /dev/ring2 has a bad clock: {says}"
+    assert dict(s.inputs)["/dev/ring2"].startswith("bad clock")
+
+
 def test_a_late_frame_is_placed_with_the_joints_of_its_own_time(robot, skin):
     """The arm turns; a frame that comes 80 ms late is a point of where the arm was."""
     from app.brain import Brain

@@ -20,7 +20,6 @@ from app.plot import plot_tradeoff
 from app.studies import tradeoff as study
 from app.studies.trial import TrialSpec
 from app.studies.world_trial import Stage, condition, run_trial
-from app.ui.panels.plot_panel import sample
 from tests.ui_page import run, show, snapshot, the_built, the_clock, the_engine, the_page
 
 __all__ = ["the_built", "the_clock", "the_engine", "the_page"]
@@ -83,7 +82,9 @@ def test_it_can_be_chosen_on_the_page_and_its_distances_are_drawn(page, engine):
     now = snapshot(engine, params=Params(mode="toy", distance_kept=0.27))
     show(page, engine, now)
     assert page.control.control.value == "Toy"
-    assert sample(now)[2:4] == pytest.approx((22.0, 32.0))
+    drawn = page.plot.curves
+    assert drawn.column("kept_m")[-1] == pytest.approx(0.22)
+    assert drawn.column("begins_m")[-1] == pytest.approx(0.32)
 
 
 @pytest.mark.slow

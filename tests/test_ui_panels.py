@@ -26,7 +26,6 @@ from app.ui.page import Page
 from app.ui.panels.arm_panel import NOTICE
 from app.ui.panels.background_panel import NOTHING, Stage
 from app.ui.panels.obstacles_panel import SHAPES, placed
-from app.ui.panels.plot_panel import LENGTH
 from app.world.world import World
 from tests.ui_page import (  # noqa: F401 - fixtures
     SENSORS,
@@ -277,24 +276,6 @@ def test_an_engine_that_falls_silent_is_told(
     assert "has not spoken for 3 s" in page.arm.why.content
 
 
-def test_what_was_asked_of_a_chart_stays_in_its_past(page: Page, engine: FakeEngine) -> None:
-    """The line from which the avoidance acts is of its time, not of the settings of now."""
-    show(page, engine, snapshot(engine, params=Params(distance_kept=0.2, avoidance_begins=0.5)))
-    show(page, engine, snapshot(engine, params=Params(distance_kept=0.3, avoidance_begins=0.7)))
-    assert page.plot.distance.data[3][-2:] == pytest.approx([50.0, 70.0])
-
-
-def test_the_plot_holds_half_a_minute(page: Page, engine: FakeEngine) -> None:
-    for _ in range(3):
-        show(page, engine, snapshot(engine))
-    x, distance, kept, upper, ghost, separation = page.plot.distance.data
-    assert len(x) == LENGTH
-    assert (x[-1], distance[-1], kept[-1], upper[-1]) == pytest.approx((0.0, 25.0, 25.0, 60.0))
-    assert x[-2] == pytest.approx(-1.0)
-    assert (ghost < 0.0).all() and (separation < 0.0).all()  # neither is in use
-    assert np.isfinite(np.concatenate(page.plot.distance.data)).all()
-
-
 def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: FakeEngine) -> None:
     links = np.array(snapshot(engine).T_base_link)
     links[:, 0, 3] += 0.1
@@ -304,7 +285,7 @@ def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: 
     assert [h.position[0] for h in page.ghost._links] == pytest.approx(links[:, 0, 3])
     assert all(h.visible for h in page.ghost._links)
     data = page.plot.distance.data
-    assert data[4][-1] == pytest.approx(40.0) and data[5][-1] == pytest.approx(37.0)
+    assert data[5][-1] == pytest.approx(40.0) and data[6][-1] == pytest.approx(37.0)
     show(page, engine, snapshot(engine))
     assert not any(h.visible for h in page.ghost._links)
 
@@ -312,12 +293,6 @@ def test_a_ghost_is_drawn_translucent_with_its_own_distance(page: Page, engine: 
 def test_what_holds_the_arm_back_is_told(page: Page, engine: FakeEngine) -> None:
     show(page, engine, snapshot(engine, advice="slow: the sensors are silent for 0.3 s"))
     assert "silent for 0.3 s" in page.arm.why.content
-
-
-def test_the_plot_draws_an_empty_sky_at_its_top(page: Page, engine: FakeEngine) -> None:
-    now = snapshot(engine)
-    show(page, engine, replace(now, pairs=nobody(now.pairs)))
-    assert page.plot.distance.data[1][-1] == 100.0
 
 
 def test_the_health_table_counts_the_verdicts(page: Page, engine: FakeEngine) -> None:

@@ -134,7 +134,7 @@ def _at(posture: Posture, T_base_link: Array) -> Posture:
     """The posture with its links displaced."""
     return Posture(
         posture.q, T_base_link, posture.T_base_tool, posture.J_base, posture.supports,
-        posture.tool_support,
+        posture.tool_support, posture.gears,
     )  # fmt: skip
 
 

@@ -27,7 +27,11 @@ SIZE = (0.005, 3.0)  # [m] of a link; beyond, the mesh is in other units
 GAP = 0.3  # [m] of a frame from the mesh that belongs to it
 MARGIN = 0.02  # [rad or m] of home from a limit: control keeps this much free
 APART = 0.1  # [mm] what is nearer touches
-SPEED = 10.0  # [rad/s or m/s] that no arm reaches
+TURNING, SLIDING = 25.0, 10.0  # [rad/s], [m/s] that no arm reaches: 10.7 rad/s is a small one's
+TURN, TRAVEL = 20.0, 50.0  # [rad] three turns, [m] a long gantry: a joint's limits reach no further
+FULL_TURN = 6.3  # [rad] of an origin's rpy
+REACH = 5.0  # [m] from a joint to the next
+STILL = 1e-6  # of a joint's axis: one of no length moves nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,10 +144,43 @@ def _limits(c: Checkup) -> Iterator[Finding]:
             joint,
             "move home_deg away from the limit; control keeps this margin free",
         )
+        slides = bool(r.slides[i])
         yield Finding(
-            Check("velocity limit", float(r.qd_max[i]), "rad/s|m/s", SPEED),
+            Check("velocity of a sliding joint", float(r.qd_max[i]), "m/s", SLIDING)
+            if slides
+            else Check("velocity limit", float(r.qd_max[i]), "rad/s", TURNING),
             joint,
-            "give the joint's <limit> a velocity in rad/s, not in degrees",
+            "give the joint's <limit> a velocity in "
+            + ("m/s, not in mm" if slides else "rad/s, not in degrees"),
+        )
+        reach = float(max(abs(r.q_min[i]), abs(r.q_max[i])))
+        yield Finding(
+            Check("limits of a sliding joint", reach, "m", TRAVEL)
+            if slides
+            else Check("limits of a joint", reach, "rad", TURN),
+            joint,
+            "give the joint's <limit> in " + ("metres, not in mm" if slides else "radians"),
+        )
+
+
+def _axes(c: Checkup) -> Iterator[Finding]:
+    """An axis to turn about or slide along, and origins in metres and radians."""
+    for place in c.robot.description.places:
+        if place.joint in c.robot.joints:
+            yield Finding(
+                Check("length of a joint's axis", place.axis, "", STILL, at_least=True),
+                place.joint,
+                'give the joint an <axis> that is not zero, such as xyz="0 0 1"',
+            )
+        yield Finding(
+            Check("joint from its parent's frame", place.away, "m", REACH),
+            place.joint,
+            "give the joint's <origin> an xyz in metres, not in mm",
+        )
+        yield Finding(
+            Check("turn of a joint's origin", place.turn, "rad", FULL_TURN),
+            place.joint,
+            "give the joint's <origin> an rpy in radians, not in degrees",
         )
 
 
@@ -259,6 +296,7 @@ def _cloud(point: Array) -> Cloud:
 EXAMINATIONS: tuple[Callable[[Checkup], Iterator[Finding]], ...] = (
     _inertias,
     _limits,
+    _axes,
     _meshes,
     _sensors,
     _intersections,

@@ -65,11 +65,11 @@ def main(args: Sequence[str] | None = None) -> int:
     given = list(sys.argv[1:] if args is None else args)
     try:
         _refuse_old_names(given)
-        commands.cli(args=args, prog="flinch", description="A robot arm that gives way.")()
+        run = commands.cli(args=args, prog="flinch", description="A robot arm that gives way.")
+        return run() or 0
     except FlinchError as error:
         print(f"flinch: {error}", file=sys.stderr)
         return 1
-    return 0
 
 
 def _refuse_old_names(args: Sequence[str]) -> None:

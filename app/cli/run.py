@@ -123,8 +123,8 @@ class Run(WhichRobot):
     """Record the run into this new file, FILE.mcap: all that enters every tick, to be replayed."""
     recordings: Path = Path("recordings")
     """Folder of what is recorded from the page; made when it is needed."""
-    config: Path | None = None
-    """A TOML file of settings; flags win over it."""
+    config: Annotated[Path | None, tyro.conf.arg(aliases=["--params"])] = None
+    """A TOML file of settings, as the page saves them; flags win over it."""
     settings: Annotated[Any, tyro.conf.OmitArgPrefixes] = field(default_factory=no_flags)
 
     def __post_init__(self) -> None:

@@ -3,31 +3,21 @@
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from app.config import Tunable, tunables
+from app.config import Params, tunables
+from app.config_text import range_words, toml
 from app.control.registry import kinds
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Print every setting with its default: a TOML file to edit and give to run --config."""
+    """Print every setting with its default: a TOML file to edit and give to run --params."""
 
     markdown: bool = False
     """Print the table of the manual instead."""
 
     def __call__(self) -> None:
         kinds()  # the controllers name themselves to the settings
-        print("\n".join(markdown() if self.markdown else toml()))
-
-
-def toml() -> Iterator[str]:
-    """The lines of a settings file that changes nothing."""
-    group = ""
-    for t in tunables():
-        if t.group != group:
-            group = t.group
-            yield f"# --- {group.lower()} ---"
-        value = f'"{t.default}"' if t.choices else str(t.default).lower()
-        yield f"{t.name} = {value}  # {_range(t)}{t.help}"
+        print("\n".join(markdown() if self.markdown else toml(Params())))
 
 
 def markdown() -> Iterator[str]:
@@ -37,11 +27,4 @@ def markdown() -> Iterator[str]:
     for t in tunables():
         default = t.default if t.choices else str(t.default).lower()
         flag = t.name.replace("_", "-")
-        yield f"| {t.label} | `--{flag}` | {default} | {_range(t).rstrip(': ')} | {t.about} |"
-
-
-def _range(t: Tunable) -> str:
-    """Its unit and range, or what may be chosen, with a colon; empty for a switch."""
-    if t.choices:
-        return f"{', '.join(t.choices)}: "
-    return f"{t.low:g} to {t.high:g} {t.unit}".rstrip() + ": " if t.low is not None else ""
+        yield f"| {t.label} | `--{flag}` | {default} | {range_words(t).rstrip(': ')} | {t.about} |"

@@ -64,7 +64,8 @@ class Controllers:
         self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp)
         if self._stuck.words and not command.reason:
             command = replace(command, reason=self._stuck.words)
-        return self._unseen.slowed(command, now, unseen)
+        command = self._unseen.slowed(command, now, unseen)
+        return replace(command, qd=self._geared(command.qd))
 
     def blocked(self, now: float) -> float:
         """[s] for how long the tool has come no nearer to its goal; 0 while it does."""
@@ -78,7 +79,12 @@ class Controllers:
         if self._in_force:
             self._by_mode[self._in_force].reset()
         self._stuck.reset()
-        return Command(qd=freeze(braked(self._robot, joints.q, dt, applied)))
+        return Command(qd=self._geared(braked(self._robot, joints.q, dt, applied)))
+
+    def _geared(self, qd: Array) -> Array:
+        """The velocities with those of the joints that follow another."""
+        gears = self._robot.gears
+        return freeze(qd if gears.own.all() else gears.speed(qd))
 
     def _chosen(self, mode: str) -> Controller:
         """The controller of this mode; another one goes on from what is in force."""

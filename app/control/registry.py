@@ -12,7 +12,7 @@ with the robot and the clearance, which knows the cell, and returns a `Controlle
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -42,6 +42,15 @@ def links(params: Params) -> Needs:
     return Needs("links", fading_distances(params)[1])
 
 
+# what every controller uses, beside what it is told by its needs: motion, and what it is kept to
+EVERYONES = frozenset(
+    {"mode", "goal_speed", "goal_turning", "joint_speed", "way_round", "solver", "reaction_time",
+     "braking", "memory", "obstacle_speed", "silence"}
+)  # fmt: skip
+BEYOND_THE_PAPER = frozenset({"memory", "obstacle_speed"})  # not done where perceived as published
+OF_SEPARATION = frozenset({"person_speed", "person_speed_measured", "separation_margin"})
+
+
 @dataclass(frozen=True)
 class Kind:
     """What is known of a controller without making one.
@@ -52,6 +61,7 @@ class Kind:
     knows_cell: it bounds itself by the known cell; any other one's velocity is kept out of it.
     memory:     the settings of `memory` that it is compared with; first the one it is meant for.
     studies:    names of the experiments that it takes part in.
+    uses:       settings that it uses beside `EVERYONES`; None: not told, any may count.
     """
 
     name: str
@@ -63,6 +73,7 @@ class Kind:
     knows_cell: bool = False
     memory: tuple[bool, ...] = (True,)
     studies: frozenset[str] = frozenset({"tradeoff", "worlds"})
+    uses: frozenset[str] | None = None
 
 
 _KINDS: dict[str, Kind] = {}
@@ -92,6 +103,19 @@ def kind_of(name: str, what: str = "mode") -> Kind:
     if name not in kinds():
         raise ConfigError(f"{what} = {name!r}; choose one of {', '.join(kinds())}")
     return _KINDS[name]
+
+
+def used(params: Params) -> frozenset[str]:
+    """The settings that count for the controller in force as it is set now."""
+    kind = kind_of(params.mode)
+    if kind.uses is None:
+        return frozenset(f.name for f in fields(Params))
+    names = EVERYONES | kind.uses
+    if kind.needs(params).as_published:
+        names -= BEYOND_THE_PAPER
+    if "separation" in names and not params.separation:
+        names -= OF_SEPARATION
+    return names
 
 
 def forget(name: str) -> None:

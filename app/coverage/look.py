@@ -67,8 +67,13 @@ def subject_of(
 
 def look(subject: Subject, posture: Posture) -> Look:
     """Coverage at a posture."""
+    return look_at(subject, posture.T_base_link)
+
+
+def look_at(subject: Subject, T_base_link: Array) -> Look:
+    """Coverage of links posed at T_base_link (L, 4, 4)."""
     robot, skin, cones = subject.robot, subject.skin, subject.cones
-    T_base_link = np.array(posture.T_base_link)
+    T_base_link = np.array(T_base_link)
     at = posed(subject.patches, T_base_link)
     views = views_of(robot, skin, cones, T_base_link)
     barred = blocked(robot, at, T_base_link, subject.far)

@@ -5,9 +5,10 @@ from collections import Counter
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from app.judge.truth import TrueDistance
-from app.messages import Mode, Snapshot
+from app.messages import Array, Mode, Snapshot
 from app.plant.simulated import SimulatedPlant
 from app.runtime import Engine
 from app.world.world import World
@@ -52,7 +53,7 @@ class Judge:
         self._plant = plant if isinstance(plant, SimulatedPlant) else None
         robot = self._plant.robot if self._plant else engine.robot  # as it truly is
         self._moving = np.flatnonzero(robot.supports.any(axis=1))
-        self._distal = robot.supports.sum(axis=1)[self._moving] >= DISTAL
+        self._distal = distal(robot.supports)[self._moving]
         self._truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
         self._world = self._plant.world if self._plant else World(())
         shapes = self._world.shapes()
@@ -89,6 +90,13 @@ class Judge:
             for i in self._moving:  # the base stands on the table for ever
                 T = T_base_link[i]
                 r.lowest = min(r.lowest, float((self._points[i] @ T[2, :3]).min() + T[2, 3]))
+
+
+def distal(supports: Array) -> NDArray[np.bool_]:
+    """(L,) links that `DISTAL` joints move, or of an arm with fewer, all its joints; `supports`
+    (L, n)."""
+    joints = supports.sum(axis=1)
+    return np.asarray(joints >= max(1.0, min(DISTAL, float(joints.max()))))
 
 
 def _without_figures(words: str) -> str:

@@ -20,7 +20,8 @@ class SimulatedArm:
         self._robot, self._lag = robot, lag
         self._noise, self._rng = noise, np.random.default_rng(seed)
         self._read = JointState(-np.inf, np.empty(0), np.empty(0))
-        self._q = np.clip(robot.home if q is None else q, robot.q_min, robot.q_max)
+        q = np.clip(robot.home if q is None else q, robot.q_min, robot.q_max)
+        self._q = robot.gears.place(q)
         self._qd = np.zeros(robot.n)
         self._told = freeze(np.zeros(robot.n))
         self.limits = Limits(robot.qd_max, robot.qdd_max)
@@ -33,6 +34,7 @@ class SimulatedArm:
             read = self._q + self._noise * self._rng.standard_normal(len(self._q))
             # no encoder says that its joint is beyond the stop against which it was set
             read = np.clip(read, self._robot.q_min, self._robot.q_max)
+            read = self._robot.gears.place(read)
             self._read = JointState(now, freeze(read), freeze(self._qd.copy()))
         return self._read
 
@@ -64,11 +66,11 @@ class SimulatedArm:
             raise ValueError("a command with a non-finite joint velocity")
         r = self._robot
         step = (1.0 - np.exp(-dt / self._lag)) if self._lag > 0.0 else 1.0
-        told = self._told = freeze(np.clip(qd, -r.qd_max, r.qd_max))
+        told = self._told = freeze(r.gears.speed(np.clip(qd, -r.qd_max, r.qd_max)))
         change = np.clip(step * (told - self._qd), -r.qdd_max * dt, r.qdd_max * dt)
         moved = np.clip(self._qd + change, -r.qd_max, r.qd_max)
         q = np.clip(self._q + moved * dt, r.q_min, r.q_max)
         # at a mechanical end the joint stands, whatever was asked
-        self._qd = np.where(q == self._q + moved * dt, moved, 0.0)
-        self._q = q
+        self._qd = r.gears.speed(np.where(q == self._q + moved * dt, moved, 0.0))
+        self._q = r.gears.place(q)
         return told

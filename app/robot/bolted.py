@@ -5,7 +5,7 @@ like any other.
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement
 
 import numpy as np
@@ -27,26 +27,39 @@ def read_solid(file: Path, what: str) -> Any:
     return mesh
 
 
+class BodyShape(NamedTuple):
+    """A geometry as a URDF says it: its tag, its attributes, and where it is (3,) [m]."""
+
+    tag: str
+    attributes: dict[str, str]
+    at: Array | None = None
+
+
+def mesh_shape(file: Path) -> BodyShape:
+    """The mesh of a file."""
+    return BodyShape("mesh", {"filename": str(file.resolve())})
+
+
 def bolt(
     root: Element,
     name: str,
     parent: str,
-    body: Path,
-    visual: Path,
-    mass: float,
-    centre: Array,
-    tensor: Array,
+    shapes: tuple[BodyShape, BodyShape],
+    inertia: tuple[float, Array, Array],
 ) -> None:
-    """Add a link `name` in the frame of `parent`, with mesh files of what is measured and shown.
+    """Add a link `name` in the frame of `parent`, with shapes of what is measured and shown.
 
-    mass: [kg].   centre: (3,) [m] of mass.   tensor: (3, 3) [kg m^2] about it.
+    inertia: mass [kg], its centre (3,) [m], and the tensor (3, 3) [kg m^2] about it.
     """
+    mass, centre, tensor = inertia
+    body, visual = shapes
     inertial, shown, measured = Element("inertial"), Element("visual"), Element("collision")
     SubElement(inertial, "origin", xyz=numbers(centre), rpy="0 0 0")
     SubElement(inertial, "mass", value=repr(float(mass)))
     upper = {f"i{'xyz'[i]}{'xyz'[j]}": tensor[i, j] for i in range(3) for j in range(i, 3)}
     SubElement(inertial, "inertia", {key: repr(float(value)) for key, value in upper.items()})
-    for element, file in ((shown, visual), (measured, body)):
-        geometry = SubElement(element, "geometry")
-        SubElement(geometry, "mesh", filename=str(file.resolve()))
+    for element, shape in ((shown, visual), (measured, body)):
+        if shape.at is not None:
+            SubElement(element, "origin", xyz=numbers(shape.at), rpy="0 0 0")
+        SubElement(SubElement(element, "geometry"), shape.tag, shape.attributes)
     add_link(root, name, parent, (np.zeros(3), np.zeros(3)), (inertial, shown, measured))

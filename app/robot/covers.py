@@ -17,7 +17,7 @@ import numpy as np
 
 from app.errors import RobotError, options
 from app.messages import Array
-from app.robot.bolted import bolt, read_solid
+from app.robot.bolted import bolt, mesh_shape, read_solid
 from app.robot.file_cache import cached_folder
 from app.robot.meshes import BodyMesh
 from app.robot.roundness import BINS, OFF, outline
@@ -78,7 +78,8 @@ def mount_covers(root: Element, table: SkinTable, path: Path, body_of: BodyOf) -
         body, visual = _named(table.cover, path) or _made(shapes)
         solid, name = read_solid(body, "the covers' mesh"), cover_name(link)
         tensor = DENSITY * np.asarray(solid.moment_inertia)
-        bolt(root, name, link, body, visual, DENSITY * solid.volume, solid.center_mass, tensor)
+        shapes_ = mesh_shape(body), mesh_shape(visual)
+        bolt(root, name, link, shapes_, (DENSITY * solid.volume, solid.center_mass, tensor))
         worn[name] = link
     return worn
 

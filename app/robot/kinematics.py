@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 
 from app.errors import RobotError, options
 from app.messages import Array
+from app.robot.gears import Gears
+
+LOOSE = 0.1  # [rad or m, and a second] a follower's own limits are never what holds
 
 
 def build_model(xml: str, urdf: Path) -> Any:
@@ -33,6 +36,22 @@ def build_model(xml: str, urdf: Path) -> Any:
     if model.nv == 0:
         raise RobotError(f"{urdf}: has no moving joint; give an arm")
     return model
+
+
+def lead(model: Any, gears: Gears) -> None:
+    """Give the joints that follow another the limits that follow from their master's.
+
+    What a URDF says of them itself is left out, as pinocchio does: it often contradicts the
+    master's, and nothing moves them but the master.
+    """
+    low, high, speed = (
+        model.lowerPositionLimit, model.upperPositionLimit, model.velocityLimit,
+    )  # fmt: skip
+    for j in np.flatnonzero(~gears.own):
+        i, times, offset = int(gears.into[j]), float(gears.times[j]), float(gears.offset[j])
+        ends = sorted((times * low[i] + offset, times * high[i] + offset))
+        low[j], high[j] = ends[0] - LOOSE, ends[1] + LOOSE
+        speed[j] = abs(times) * speed[i] + LOOSE
 
 
 def joint_names(model: Any) -> tuple[str, ...]:

@@ -6,10 +6,14 @@ or `package://`. Every mesh of a link in use must be there: no arm runs with a l
 can see or keep clear of.
 """
 
+import os
+import re
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from xml.etree import ElementTree
 
 import numpy as np
 import trimesh
@@ -21,6 +25,9 @@ from app.messages import Array, freeze
 from app.robot.tables import Bodies
 from app.surface import check_surface, read_surfaces
 
+PACKAGE = re.compile(r"(?:package|model)://([^/]+)/+|\$\(find\s+([^)\s]+)\)/+")
+NAMED = re.compile(r"<name>\s*([^<\s]+)\s*</name>")
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class BodyMesh:
@@ -30,12 +37,27 @@ class BodyMesh:
     faces: NDArray[np.int64]
 
 
+class Place(NamedTuple):
+    """What a URDF says of a joint, as it stands there.
+
+    away: [m] from its parent's frame.   turn: the largest of its rpy [rad], at any size.
+    axis: length of its axis, NaN of a fixed joint.
+    """
+
+    joint: str
+    away: float
+    turn: float
+    axis: float
+
+
 @dataclass(frozen=True, eq=False)
 class Description:
-    """The URDF's links and where their meshes are; `bodies` says what distances are measured to."""
+    """The URDF's links, joints, and where its meshes are; `bodies` says what distances are
+    measured to."""
 
     path: Path
     links: dict[str, Any] = field(repr=False)
+    places: tuple[Place, ...] = field(repr=False)
     bodies: Bodies = "collision"
 
     @property
@@ -120,24 +142,58 @@ class Description:
     def _file(self, filename: str, link: str) -> Path:
         path = self.find(filename)
         if path is None:
+            package, _ = in_package(filename)
+            where = f"; its package {package!r} is looked for above and beside the URDF"
             raise RobotError(
                 f"{self.path}: mesh {filename!r} of link {link!r} is missing; put the file there "
-                "or mend the path"
+                f"or mend the path{where if package else ''}"
             )
         return path
 
     def find(self, filename: str) -> Path | None:
-        """Relative and file:// paths beside the URDF; package://NAME/rest in a parent folder."""
-        name = filename.removeprefix("file://")
+        """Relative and file:// paths beside the URDF; package://NAME/rest in the package of that
+        name and in no other."""
         folder = self.path.parent
-        if not name.startswith("package://"):
-            candidates = [folder / name]
+        package, rest = in_package(filename)
+        if not package:
+            candidates = [folder / rest]
         else:
-            package, _, rest = name.removeprefix("package://").partition("/")
-            parents = [folder, *folder.resolve().parents]
-            candidates = [p / rest for p in parents if p.name == package]
-            candidates += [p / package / rest for p in parents] + [p / rest for p in parents]
+            candidates = [p / rest for p in packages(package, folder.resolve())]
         return next((c for c in candidates if c.is_file()), None)
+
+
+def in_package(filename: str) -> tuple[str, str]:
+    """The package that a mesh's name asks for, empty for none, and the path in it."""
+    name = filename.replace("\\", "/").removeprefix("file://")
+    match = PACKAGE.match(name)
+    return (match[1] or match[2], name[match.end() :]) if match else ("", name)
+
+
+def packages(name: str, folder: Path) -> Iterator[Path]:
+    """Folders that may be the package `name`, as seen from `folder`: above it, beside what is
+    above it, and where ROS is told to look."""
+    for parent in (folder, *folder.parents):
+        if parent.name == name or _is_package(parent, name):
+            yield parent
+        yield parent / name
+    for root in os.environ.get("ROS_PACKAGE_PATH", "").split(os.pathsep):
+        if root:
+            yield from (
+                (Path(root), Path(root) / name) if Path(root).name == name else (Path(root) / name,)
+            )
+    for root in os.environ.get("AMENT_PREFIX_PATH", "").split(os.pathsep):
+        if root:
+            yield Path(root) / "share" / name
+
+
+def _is_package(folder: Path, name: str) -> bool:
+    """Does the folder's own package.xml say that it is this package, whatever it is called?"""
+    try:
+        text = (folder / "package.xml").read_text("utf-8", errors="replace")
+    except OSError:
+        return False
+    found = NAMED.search(text)
+    return found is not None and found[1] == name
 
 
 def describe(xml: str, urdf: Path, bodies: Bodies = "collision") -> Description:
@@ -151,7 +207,27 @@ def describe(xml: str, urdf: Path, bodies: Bodies = "collision") -> Description:
         raise RobotError(
             f"{urdf}: not a readable URDF ({' '.join(str(e).split())}); mend it"
         ) from e
-    return Description(urdf, {link.name: link for link in robot.links}, bodies)
+    links = {link.name: link for link in robot.links}
+    return Description(urdf, links, _places(xml), bodies)
+
+
+def _places(xml: str) -> tuple[Place, ...]:
+    """The joints of a URDF's text."""
+    out = []
+    for joint in ElementTree.fromstring(xml).findall("joint"):
+        at, turn = _vector(joint, "origin", "xyz"), _vector(joint, "origin", "rpy")
+        axis = _vector(joint, "axis", "xyz") if joint.find("axis") is not None else np.ones(1)
+        length = np.nan if joint.get("type") == "fixed" else float(np.linalg.norm(axis))
+        name = joint.get("name", "")
+        out.append(Place(name, float(np.linalg.norm(at)), float(np.abs(turn).max()), length))
+    return tuple(out)
+
+
+def _vector(joint: Any, tag: str, key: str) -> Array:
+    """Three numbers of a joint's element, zeros where there are none."""
+    element = joint.find(tag)
+    text = "" if element is None else element.get(key, "")
+    return np.array([float(v) for v in text.split()] or [0.0] * 3)
 
 
 def _metres(units: str | None) -> float:

@@ -20,6 +20,7 @@ from app.errors import RobotError, options
 from app.messages import Array, freeze
 from app.raycast import RigidMesh
 from app.robot.covers import cover_name, mount_covers
+from app.robot.gears import Gears, read_gears
 from app.robot.kinematics import (
     build_model,
     check_home,
@@ -28,6 +29,7 @@ from app.robot.kinematics import (
     from_table,
     in_joint,
     joint_names,
+    lead,
     slides,
     support,
     welded,
@@ -42,6 +44,7 @@ from app.toml import read_toml
 
 ACCELERATION = 6.0  # [rad/s^2] of a bare URDF's turning joints, which give none
 SLIDING = 2.0  # [m/s^2] of its sliding ones
+LOOSE = 1.0  # [rad/s^2 or m/s^2] a follower's own limit is never what holds
 RECENT = 32  # postures kept: a frame is placed where the arm was some ticks ago
 
 
@@ -68,6 +71,7 @@ class Robot:
     description: Description
     supports: Array  # (L, n)
     tool_support: Array  # (n,)
+    gears: Gears  # which joints follow another
     welded: NDArray[np.bool_]  # (L, L) do two body links move as one?
     T_joint_link: Array  # (L, 4, 4) of each body link in the joint that moves it, for ever
     _model: Any
@@ -129,6 +133,7 @@ class Robot:
             J_base=freeze(data.J.copy().reshape(6, self.n)),
             supports=self.supports,
             tool_support=self.tool_support,
+            gears=self.gears,
         )
         if len(self._recent) == RECENT:
             del self._recent[next(iter(self._recent))]
@@ -184,11 +189,13 @@ def _assemble(
     xml = to_text(root)
     description = describe(xml, urdf, bodies_from)
     model = build_model(xml, urdf)
+    gears = read_gears(root, joint_names(model), urdf)
+    lead(model, gears)
     links = _body_links(table, bare, tool, worn)
     if not links:
         raise RobotError(f"{urdf}: no link has a shape, so nothing can be kept clear of the arm")
-    qdd_max = _accelerations(table, model, where)
-    home = _home(table, choice, model, where)
+    qdd_max = _accelerations(table, model, gears, where)
+    home = _home(table, choice, model, gears, where)
     bodies = tuple(description.body(link) for link in links)
     frames = tuple(frame_index(model, link, where) for link in links)
     tip = frame_index(model, tool_frame, where)
@@ -212,6 +219,7 @@ def _assemble(
         description=description,
         supports=freeze(np.array([support(model, f) for f in frames])),
         tool_support=freeze(support(model, tip)),
+        gears=gears,
         welded=freeze(welded(model, frames)),
         T_joint_link=freeze(in_joint(model, frames)),
         _model=model,
@@ -222,21 +230,27 @@ def _assemble(
     )
 
 
-def _accelerations(table: RobotTable | None, model: Any, where: Path) -> Array:
-    """(n,) limits of the joints' accelerations."""
-    if table is None:
-        return np.where(slides(model), SLIDING, ACCELERATION)
-    check_joint_values(table.acceleration_limit, "acceleration_limit", model, where)
-    return np.array(table.acceleration_limit)
+def _accelerations(table: RobotTable | None, model: Any, gears: Gears, where: Path) -> Array:
+    """(n,) limits of the joints' accelerations; a follower's are its master's to keep."""
+    limits: Array = np.where(slides(model), SLIDING, ACCELERATION)
+    if table is not None:
+        values = gears.spread(table.acceleration_limit, ACCELERATION)
+        check_joint_values(values, "acceleration_limit", model, where)
+        limits = np.array(values)
+    for j in np.flatnonzero(~gears.own):
+        limits[j] = abs(gears.times[j]) * limits[gears.into[j]] + LOOSE
+    return limits
 
 
-def _home(table: RobotTable | None, choice: Choice, model: Any, where: Path) -> Array:
-    """(n,) the posture to begin in."""
+def _home(table: RobotTable | None, choice: Choice, model: Any, gears: Gears, where: Path) -> Array:
+    """(n,) the posture to begin in; a table's values may leave out the joints that follow."""
     home = _middle(model)
     if choice.home_deg or table:
         values = list(choice.home_deg) or (table.home_deg if table else [])
+        values = gears.spread(values, 0.0)
         check_joint_values(values, "home_deg", model, where)
         home = from_table(values, model)
+    home = gears.place(home)
     check_home(home, model, where)
     return home
 

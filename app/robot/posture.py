@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from app.compiled import compiled
 from app.messages import Array
+from app.robot.gears import Gears
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -30,6 +31,7 @@ class Posture:
     T_base_link: (L, 4, 4) poses of the body links.   T_base_tool: (4, 4).
     J_base:      (6, n) spatial Jacobian of the whole chain, base frame, at the base origin.
     supports:    (L, n) 1.0 where joint j moves link l, else 0.0.   tool_support: (n,).
+    gears:       which joints follow another: rates are told for those that follow none.
     """
 
     q: Array
@@ -38,12 +40,13 @@ class Posture:
     J_base: Array
     supports: Array
     tool_support: Array
+    gears: Gears
 
     def tool_jacobian(self) -> Array:
         """(6, n) of the tool frame's origin, axes of the base, linear rows first."""
         out = np.empty(self.J_base.shape)
         _tool(self.J_base, self.tool_support, self.T_base_tool, out)
-        return out
+        return _folded(out, self.gears)
 
     def distance_rows(self, links: NDArray[np.intp], points: Array, normals: Array) -> Array:
         """J_d (m, n): speed of material `points` (m, 3) of `links` along unit `normals` (m, 3).
@@ -53,12 +56,20 @@ class Posture:
         """
         out = np.empty((len(points), self.J_base.shape[1]))
         _rates(links, points, normals, self.J_base, self.supports, out)
-        return out
+        return _folded(out, self.gears)
 
     def link_twists(self, qd: Array) -> Array:
         """(L, 6) velocity of each link at joint speeds qd (n,), base frame: [m/s] of what of it is
         at the base's origin, and [rad/s]; a point p of it moves with v + w x p."""
         return np.asarray((self.supports * qd) @ self.J_base.T)
+
+
+def _folded(rates: Array, gears: Gears) -> Array:
+    """Rates (m, n) with what a follower does in its master's column; changed in place."""
+    for j in np.flatnonzero(~gears.own):
+        rates[:, gears.into[j]] += gears.times[j] * rates[:, j]
+        rates[:, j] = 0.0
+    return rates
 
 
 @compiled

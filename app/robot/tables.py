@@ -17,18 +17,26 @@ class ToolTable(Table, frozen=True, kw_only=True):
     name:             the body link's name; the tool frame becomes the link `<name>_tip`.
     body:             mesh that distances are measured to, beside the TOML file; closed, metres,
                       in the frame that it is bolted to (robot.toml's `tool_frame`).
+    box_m:            instead of `body`: a box of these edges along x, y and z.
+    cylinder_m:       instead of `body`: a cylinder of this radius and length, along z.
+    sphere_m:         instead of `body`: a ball of this radius.
+    centre_m:         middle of such a shape; default: it stands on the frame, along z.
     visual:           mesh that is shown; default: `body`.
     mass_kg:          of the tool; its inertia is that of the evenly filled body.
-    centre_of_mass_m: in the frame that it is bolted to.
+    centre_of_mass_m: in the frame that it is bolted to; of a box, a cylinder or a ball its middle.
     position_m:       the tool frame, seen from the frame that the tool is bolted to.
     rpy_deg:          its turn about the fixed x, y and z axes.
     """
 
     name: Name
-    body: str
+    body: str | None = None
+    box_m: tuple[Positive, Positive, Positive] | None = None
+    cylinder_m: tuple[Positive, Positive] | None = None
+    sphere_m: Positive | None = None
+    centre_m: Vector | None = None
     visual: str | None = None
     mass_kg: Positive
-    centre_of_mass_m: Vector
+    centre_of_mass_m: Vector | None = None
     position_m: Vector
     rpy_deg: Vector = (0.0, 0.0, 0.0)
 

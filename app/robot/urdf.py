@@ -3,11 +3,13 @@
 - A continuous joint becomes a revolute one of two turns either way: the program works with
   position limits, and two turns are more than a cable bears.
 - A joint without a usable velocity limit gets `SPEED`, and the log says so.
+- Attributes and elements of other namespaces are left out, declared or not, as urdfdom does.
 - A tool is added as a link of its own, fixed to the link that it is bolted to, with its tip as
   another link: self filter, closest pairs and the page then know it like any other link.
 """
 
 import logging
+import re
 from math import pi
 from pathlib import Path
 from xml.etree import ElementTree
@@ -20,24 +22,70 @@ from app.text_file import read_file
 log = logging.getLogger(__name__)
 SPEED = 1.0  # [rad/s or m/s] of a joint whose URDF gives none
 TURNS = 2 * pi  # [rad] limit of a continuous joint, either way
+ROOT = re.compile(rb"<(?:[\w.-]+:)?robot\b")
+DECLARED = re.compile(rb"\bxmlns:([\w.-]+)\s*=")
+PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_][\w.-]*(?=\s*[=\s/>])")
 MOVING = ("revolute", "continuous", "prismatic")
 
 
 def read_urdf(path: Path) -> Element:
     """The mended <robot> of a URDF file; raises `RobotError` when it is not one."""
-    content = read_file(path, RobotError)
     try:
-        root = ElementTree.fromstring(content)
-    except (ElementTree.ParseError, ValueError) as e:
+        root = _parsed(read_file(path, RobotError))
+    except (ElementTree.ParseError, ValueError, LookupError) as e:
         raise RobotError(f"{path}: not a readable URDF ({e}); mend it") from e
+    own = _namespace(root.tag)
+    root.tag = root.tag.removeprefix(own)
     if root.tag != "robot":
         raise RobotError(f"{path}: not a readable URDF (it is a <{root.tag}>); give a <robot>")
     if any("xacro" in e.tag for e in root.iter() if isinstance(e.tag, str)):
         raise RobotError(f"{path}: has xacro macros; expand them first: xacro FILE > robot.urdf")
+    _leave_out_foreign(root, own)
     for joint in root.findall("joint"):
         if joint.get("type") in MOVING:
             _bound(joint, path)
+    for link in root.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is not None and (
+            inertial.find("mass") is None or inertial.find("inertia") is None
+        ):
+            link.remove(inertial)  # half of one is none, to urdfdom as well
     return root
+
+
+def _parsed(content: bytes) -> Element:
+    """The root of an XML text; prefixes that nobody has declared are declared, as if they were, for
+    other readers of URDF do not ask for it."""
+    try:
+        return ElementTree.fromstring(content)
+    except ElementTree.ParseError as e:
+        if "unbound prefix" not in str(e):
+            raise
+    start = ROOT.search(content)
+    if start is None:
+        return ElementTree.fromstring(content)
+    declared = set(DECLARED.findall(content)) | {b"xml", b"xmlns"}
+    names = sorted(set(PREFIX.findall(content)) - declared)
+    more = b"".join(b' xmlns:%s="urn:%s"' % (name, name) for name in names)
+    return ElementTree.fromstring(content[: start.end()] + more + content[start.end() :])
+
+
+def _namespace(tag: str) -> str:
+    """What stands before a tag's name."""
+    return tag[: tag.index("}") + 1] if tag.startswith("{") else ""
+
+
+def _leave_out_foreign(parent: Element, own: str) -> None:
+    """Take out elements and attributes of other namespaces than the root's `own`, which stands for
+    none: they mean something to another program."""
+    for key in [k for k in parent.attrib if k.startswith("{")]:
+        del parent.attrib[key]
+    for child in list(parent):
+        if not isinstance(child.tag, str) or _namespace(child.tag) not in ("", own):
+            parent.remove(child)
+            continue
+        child.tag = child.tag.removeprefix(own)
+        _leave_out_foreign(child, own)
 
 
 def to_text(root: Element) -> str:

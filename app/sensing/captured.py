@@ -145,7 +145,7 @@ class HeardPort:
         s = self._stream
         return PortFacts(
             True, s.format, self._heard, self._spoke, s.frames, s.damaged, s.lost, s.drift, "",
-            restarts=s.restarts, baud=s.baud, trouble=s.trouble, rate=s.rate,
+            restarts=s.restarts, baud=s.baud, trouble=s.trouble, rate=s.rate, clock=s.clock,
         )  # fmt: skip
 
     def close(self) -> None:

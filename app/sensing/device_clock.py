@@ -9,10 +9,13 @@ by it, a tenth of a millisecond on USB.
 
 The 32-bit clock wraps every 71.6 minutes; unwrapping follows the host's clock, so that silence
 of any length is bridged. A clock that goes back, leaps ahead or is late for good begins anew:
-the board was reset. Frames that are late for a moment were held up and keep their stamps.
+the board was reset. Frames that are late for a moment were held up and keep their stamps. What is
+no clock at all is named by `app.sensing.clock_watch`.
 """
 
 from collections import deque
+
+from app.sensing.clock_watch import ClockWatch
 
 WRAP = 1 << 32
 WINDOW = 1.0  # [s]
@@ -33,12 +36,23 @@ class DeviceClock:
         self._device: float | None = None  # [s] unwrapped, of the newest frame
         self._window: tuple[float, float] | None = None
         self._raw = 0
+        self._watch = ClockWatch()
         self._arrival = self._punctual = 0.0
         self._begin()
 
     def stamp(self, t_us: int, arrival: float) -> float:
         """When a frame was measured [s, host's clock], never later than its arrival."""
         device = self._unwrap(t_us, arrival)
+        self._watch.see(t_us, device, arrival)
+        return self._placed(t_us, device, arrival)
+
+    @property
+    def trouble(self) -> str:
+        """Why its stamps are not to be believed; empty while they are."""
+        return self._watch.trouble
+
+    def _placed(self, t_us: int, device: float, arrival: float) -> float:
+        """The stamp of a frame whose clock says `device` [s]."""
         delay = arrival - device  # and an unknown offset
         if self._window is None:
             self._window, self._window_end, self._offset = (device, delay), device + WINDOW, delay
@@ -57,7 +71,7 @@ class DeviceClock:
             self._punctual = arrival
         elif arrival - self._punctual > LASTING:
             self._begin()
-            return self.stamp(t_us, arrival)
+            return self._placed(t_us, self._unwrap(t_us, arrival), arrival)
         return min(device + expected, arrival)
 
     def _begin(self) -> None:
@@ -78,6 +92,7 @@ class DeviceClock:
             step = (raw - self._raw) * 1e-6
             if not -JUMP <= step <= JUMP + (1.0 + DOUBT) * waited:
                 self._begin()
+                self._watch.leap(arrival)
         if self._device is None:
             raw, self._punctual = t_us, arrival
         device = raw * 1e-6

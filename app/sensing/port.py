@@ -47,6 +47,7 @@ class PortFacts:
     busy:   processor time of the reader [s].
     baud:   the speed at which it is read.
     trouble: why what comes is not taken, or not understood.   rate: of its frames [Hz], 0 unknown.
+    clock:  why the board's stamps are not believed.
     """
 
     open: bool
@@ -63,6 +64,7 @@ class PortFacts:
     baud: int = 0
     trouble: str = ""
     rate: float = 0.0
+    clock: str = ""
 
 
 class Port:
@@ -106,7 +108,7 @@ class Port:
         return PortFacts(
             self._open, s.format, self._heard, self._spoke, s.frames, s.damaged, s.lost,
             s.drift, self._error, self._busy, s.restarts,
-            self._bauds[self._baud % len(self._bauds)], s.trouble, s.rate,
+            self._bauds[self._baud % len(self._bauds)], s.trouble, s.rate, s.clock,
         )  # fmt: skip
 
     def close(self) -> None:

@@ -23,6 +23,7 @@ class PortState(StrEnum):
     CONFLICT = "conflict"  # speaks for sensors that another port speaks for as well
     MISFIT = "misfit"  # speaks for a sensor that the layout does not have, or not so
     UNCLEAR = "unclear"  # what it prints cannot be right as its format says
+    CLOCK = "bad clock"  # its stamps are none: nobody knows how old its frames are
     UNASSIGNED = "unassigned"  # its format names no sensor, and nobody has named one
     LOST = "lost"  # unplugged
 
@@ -66,6 +67,8 @@ class PortWatch:
             return self.refusal
         if facts.trouble and facts.format and now - facts.heard <= silence:
             return PortState.UNCLEAR
+        if facts.clock and now - facts.heard <= silence:
+            return PortState.CLOCK
         quiet = now - max(facts.spoke, since) > silence
         bytes_come = now - facts.heard <= silence
         if facts.frames == 0:
@@ -92,6 +95,8 @@ def words(name: str, state: PortState, facts: PortFacts, watch: PortWatch, now: 
             return f"port {name} speaks no known format; {why}"
         case PortState.UNCLEAR:
             return f"port {name} is unclear: {facts.trouble}"
+        case PortState.CLOCK:
+            return f"port {name} has a bad clock: {facts.clock}"
     return f"port {name}: {watch.because or state.value}"
 
 

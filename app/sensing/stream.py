@@ -61,6 +61,11 @@ class Stream:
         return self._rate.trouble or self._detector.trouble
 
     @property
+    def clock(self) -> str:
+        """Why the board's stamps are not believed, so that its frames are not given."""
+        return self._clock.trouble
+
+    @property
     def rate(self) -> float:
         """[Hz] of frames, of a format that names no sensor, lately; 0 while it is not known."""
         return self._rate.hz
@@ -82,6 +87,8 @@ class Stream:
             self._count(frame)
             if frame.t_us is None and self._rate.count(frame, now):
                 continue
+            if self._clock.trouble and frame.t_us is not None:
+                continue  # nobody knows how old it is
             arrivals.append(Arrival(frame, stamp, now, self._heard / max(self.frames - 1, 1)))
             if self.frames == 1:
                 self._heard = 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from app.judge.encounter import JUDGED_EVERY
 from app.judge.least import LeastDistance
-from app.judge.run import DISTAL
+from app.judge.run import distal
 from app.judge.truth import TrueDistance
 from app.messages import Snapshot
 from app.plant.simulated import SimulatedPlant
@@ -20,7 +20,7 @@ class DistalLeast:
         plant = engine.plant
         assert isinstance(plant, SimulatedPlant)
         robot = plant.robot
-        links = np.flatnonzero(robot.supports.sum(axis=1) >= DISTAL)
+        links = np.flatnonzero(distal(robot.supports))
         truth = TrueDistance([(b.vertices, b.faces) for b in robot.bodies])
         names = plant.world.shapes()
         cell = [b.name for b in engine.cell.boxes if b.name in names]

@@ -27,6 +27,7 @@ from websockets.http11 import Request, Response
 from app.ui.connection import LARGEST, GatedConnection
 from app.ui.gate import Gate
 from app.ui.listener import Listener, PausedError
+from app.ui.own_page import dress
 from app.ui.paced_log import library_logger
 from app.ui.pacing import Bucket, Shares
 from app.ui.places import Places, Rank
@@ -139,6 +140,7 @@ class Door:
                                 "too many files were asked for; wait a moment")  # fmt: skip
         response = serve_file(comer, request)
         if response is not None:
+            dress(response)
             for name, value in HEADERS.items():
                 response.headers[name] = value
             if not comer.visitor:

@@ -3,8 +3,6 @@
 from types import TracebackType
 from typing import Self
 
-import viser
-
 from app.assets import asset_folder
 from app.timing import Clock, WallClock
 from app.ui.access import Access
@@ -32,6 +30,7 @@ from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
 from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
 from app.ui.scene.memory_view import MemoryView
@@ -42,6 +41,7 @@ from app.ui.scene.stage import Stage
 from app.ui.scene.switch import Switch
 from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
+from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
 
 
@@ -92,6 +92,7 @@ class Page:
 
     def stop(self) -> None:
         self.pump.stop()
+        self.coverage.close()
         close_page(self.server)
 
     def __enter__(self) -> Self:
@@ -117,7 +118,6 @@ class Page:
         self.memory = MemoryView(server)
         self.chosen = Chosen(engine.skin)
         self.clicked = ChosenView(server, engine, self.chosen)
-        listen_to_clicks(server, engine, self.chosen, self.cloud)
         self.reading = Reading(engine.robot)
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
@@ -137,30 +137,31 @@ class Page:
             self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
             self.background = BackgroundPanel(server, engine)
         with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, engine)
             self.switches = ViewPanel(server, self._switches())
         with tabs.add_tab("Settings"):
-            self.params = ParamsPanel(server, engine, clock)
+            shelf = Shelf(desk.folder, "settings") if desk is not None else None
+            self.params = ParamsPanel(server, engine, clock, shelf)
         with tabs.add_tab("Skin"):
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
+        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
+        with tabs.add_tab("Plots"):
+            self.plot = PlotPanel(server, engine)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("Help"):
             show_help(server, asset_folder("static_assets") / "manual")
-        charts = gui.add_panel()
-        with charts.add_tab("Distance", viser.Icon.CHART_LINE):
-            self.plot = PlotPanel(server)
-        charts.float(x=12, y=-12, width=340)
         self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
 
         views: tuple[View, ...] = (
             self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
             self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
             self.move, self.params, self.plot, self.health, self.memory, self.roles,
-            self.skin, self.separation, self.cones, self.clicked,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         if self.record is not None:
             views = (*views, self.record)
@@ -174,6 +175,6 @@ class Page:
     def _switches(self) -> list[Switch]:
         views = (
             self.robot, self.ghost, self.world, self.goal, self.pair, self.cloud, self.memory,
-            self.cell, self.stage, self.cones, self.clicked,
+            self.cell, self.stage, self.cones, self.clicked, self.coverage,
         )  # fmt: skip
         return [switch for view in views for switch in view.switches()]

@@ -36,6 +36,7 @@ from app.ui.scene.blind_view import BlindView
 from app.ui.scene.cell_view import CellView
 from app.ui.scene.chosen_view import ChosenView, listen_to_clicks
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import RecordedGoalView
 from app.ui.scene.memory_view import MemoryView
@@ -94,6 +95,7 @@ class ReplayPage:
 
     def stop(self) -> None:
         self.pump.stop()
+        self.coverage.close()
         close_page(self.server)
 
     def __enter__(self) -> Self:
@@ -122,8 +124,11 @@ class ReplayPage:
         with tabs.add_tab("Recording"):
             self.facts = RecordingPanel(server, player, survey, clock)
         with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, player)
+            scene = (*scene, self.coverage)
             switches = [switch for view in scene for switch in view.switches()]
             self.switches = ViewPanel(server, switches)
+        listen_to_clicks(server, player, self.chosen, self.cloud, self.coverage)
         with tabs.add_tab("Settings"):
             self.settings = SettingsPanel(server)
         with tabs.add_tab("Skin"):
@@ -157,12 +162,11 @@ class ReplayPage:
         self.separation = SeparationView(server)
         self.chosen = Chosen(player.skin)
         self.clicked = ChosenView(server, player, self.chosen)
-        cloud = CloudView(server, player)
-        listen_to_clicks(server, player, self.chosen, cloud)
+        self.cloud = CloudView(server, player)
         self.reading = Reading(player.robot, stays=0.0)
         return (
             self.robot, GhostView(server, player), self.world, RecordedGoalView(server),
-            PairView(server, player, self.reading), cloud, MemoryView(server),
+            PairView(server, player, self.reading), self.cloud, MemoryView(server),
             CellView(server, player.cell), self.stage, BlindView(server, player),
             self.clicked,
         )  # fmt: skip

@@ -52,12 +52,6 @@ def shown(window: Window, name: str) -> bool:
     return bool(window.evaluate("n => window.__viserSceneTree.getState()[n].visibility", name))
 
 
-def picture(window: Window, chart: int) -> str:
-    """The pixels of a chart: 0 the distance, 1 the activation."""
-    script = "k => document.querySelectorAll('.uplot canvas')[k].toDataURL()"
-    return str(window.evaluate(script, chart))
-
-
 def spot(page: Page, point: NDArray[np.float64]) -> tuple[float, float]:
     """Pixel at which the first window's camera sees `point` (3,) [m], base frame."""
     camera = page.server.get_clients()[min(page.server.get_clients())].camera

@@ -60,11 +60,14 @@ class Bound(Protocol):
 
 
 class Motion(NamedTuple):
-    """A posture for kernels: T_base_link (L, 4, 4), J_base (6, n), supports (L, n)."""
+    """A posture for kernels: T_base_link (L, 4, 4), J_base (6, n), supports (L, n), and of each
+    joint into (n,) whose column its rate goes, and how many times (n,)."""
 
     T_base_link: Array
     J_base: Array
     supports: Array
+    into: NDArray[np.int64]
+    times: Array
 
 
 def empty_sheet(room: int, joints: int) -> Sheet:
@@ -86,7 +89,10 @@ def rows_of(sheet: Sheet) -> Rows:
 
 def motion(posture: Posture) -> Motion:
     """The posture's arrays."""
-    return Motion(posture.T_base_link, posture.J_base, posture.supports)
+    gears = posture.gears
+    return Motion(
+        posture.T_base_link, posture.J_base, posture.supports, gears.into, gears.times
+    )  # fmt: skip
 
 
 @compiled
@@ -116,7 +122,7 @@ def add_rate(link: int, at: Array, n: Array, sign: float, moves: Motion, J: Arra
         if support[j] != 0.0:
             along = n[0] * J_base[0, j] + n[1] * J_base[1, j] + n[2] * J_base[2, j]
             turn = x * J_base[3, j] + y * J_base[4, j] + z * J_base[5, j]
-            J[j] += sign * support[j] * (along + turn)
+            J[moves.into[j]] += moves.times[j] * (sign * support[j] * (along + turn))
 
 
 @compiled

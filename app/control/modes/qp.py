@@ -4,13 +4,16 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from app.config import Params
-from app.control.registry import controller
+from app.control.registry import OF_SEPARATION, controller
 from app.needs import Needs
 
 if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a controller is made of
     from app.control.clearance import Clearance
     from app.control.qp_controller import QpController
     from app.robot.model import Robot
+
+
+BOUNDS = frozenset({"retreat_speed", "slide_along", "bounds_first"}) | OF_SEPARATION
 
 
 def bounds_needs(params: Params) -> Needs:
@@ -33,6 +36,7 @@ def bounds_distances(params: Params) -> tuple[float, float]:
     "qp", "Whole body, bounds (QP)", "every near pair as a bound of a quadratic programme",
     needs=bounds_needs, distances=bounds_distances,
     knows_cell=True,
+    uses=BOUNDS | {"distance_kept", "avoidance_begins", "separation"},
 )  # fmt: skip
 def bounds(robot: "Robot", clearance: "Clearance") -> "QpController":
     """The default."""
@@ -44,7 +48,7 @@ def bounds(robot: "Robot", clearance: "Clearance") -> "QpController":
 @controller(
     "ssm", "Slow and stop only (SSM)", "slows and stops by speed and separation, gives no way",
     needs=separation_needs, distances=lambda params: None,
-    knows_cell=True, studies=frozenset(),
+    knows_cell=True, studies=frozenset(), uses=BOUNDS | {"distance_kept"},
 )  # fmt: skip
 def slow_and_stop(robot: "Robot", clearance: "Clearance") -> "QpController":
     """The baseline of a fence."""

@@ -12,6 +12,9 @@ if TYPE_CHECKING:  # `--help` reads this file and must not wait for what a contr
     from app.robot.model import Robot
 
 
+USES = frozenset({"distance_kept", "limits_first", "position_first"})
+
+
 def mounts(params: Params) -> Needs:
     """The closest pair of every sensor's mount."""
     return Needs("mounts", fading_distances(params)[1])
@@ -24,7 +27,7 @@ def published(params: Params) -> Needs:
 
 @controller(
     "wb", "Whole body, closest (WB)", "the closest point of the body first, the goal second",
-    memory=(False, True),
+    memory=(False, True), uses=USES,
 )  # fmt: skip
 def whole_body(robot: "Robot", clearance: "Clearance") -> "TaskPriorityController":
     """The paper's method with a cap, with what moves, and on steadied pairs."""
@@ -35,7 +38,7 @@ def whole_body(robot: "Robot", clearance: "Clearance") -> "TaskPriorityControlle
 
 @controller(
     "sm", "Sensor mounts (SM)", "as wb, but only the sensors' mounting points give way",
-    needs=mounts, memory=(False,), studies=frozenset({"worlds"}),
+    needs=mounts, memory=(False,), studies=frozenset({"worlds"}), uses=USES,
 )  # fmt: skip
 def sensor_mounts(robot: "Robot", clearance: "Clearance") -> "TaskPriorityController":
     """The paper's baseline."""
@@ -46,7 +49,7 @@ def sensor_mounts(robot: "Robot", clearance: "Clearance") -> "TaskPriorityContro
 
 @controller(
     "multi", "Whole body, every link", "as wb, with a row for every near link",
-    studies=frozenset({"tradeoff"}),
+    studies=frozenset({"tradeoff"}), uses=USES,
 )  # fmt: skip
 def every_link(robot: "Robot", clearance: "Clearance") -> "TaskPriorityController":
     """No single closest pair that can jump."""
@@ -57,7 +60,7 @@ def every_link(robot: "Robot", clearance: "Clearance") -> "TaskPriorityControlle
 
 @controller(
     "paper", "As published (WB)", "as wb, strictly as published: one ray a zone, no memory, no cap",
-    needs=published, memory=(False,), studies=frozenset({"tradeoff"}),
+    needs=published, memory=(False,), studies=frozenset({"tradeoff"}), uses=USES,
 )  # fmt: skip
 def paper(robot: "Robot", clearance: "Clearance") -> "TaskPriorityController":
     """Nothing that the paper does not have, in the controller or before it."""

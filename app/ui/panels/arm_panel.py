@@ -24,6 +24,7 @@ COLOUR = {Mode.IDLE: GREY, Mode.RUNNING: CALM, Mode.HOLDING: WAIT, Mode.STOPPED:
 NOTICE = 6.0  # [s] that a notice is shown
 TOLD = 12.0  # [s] that a stop is told in a corner of every page
 PERIOD = 0.1  # [s]
+BEAT = 0.5  # [s] between two signs of life; the page's own script waits for them
 ROOM = 206  # [px] height of the panel
 
 WISH = "Keys R, H, S or space · Stop travels over a network: it is not an emergency stop"
@@ -41,11 +42,13 @@ class ArmPanel:
     ) -> None:
         self._server, self._clock, self._reading = server, clock, reading
         self._pace, self._anew, self._mode = Every(PERIOD), -1, Mode.IDLE
+        self._beats, self._beat = Every(BEAT), 0
         self._notice, self._told_at = NO_NOTICE, float("-inf")
         gui = server.gui
         panel = gui.add_panel()
         with panel.add_tab("Arm"):
             gui.add_html(panel_style(ROOM))
+            self.beat = gui.add_html(beat_html(0))
             run = gui.add_button(
                 "Run", color=GO, icon=viser.Icon.PLAYER_PLAY, hint="go to the goal (key R)"
             )
@@ -91,6 +94,9 @@ class ArmPanel:
         self._mode = mode
         if mode is Mode.STOPPED and before is not Mode.STOPPED:
             self._tell_stop(snapshot.status.reason)
+        if self._beats.due(snapshot.stamp):
+            self._beat += 1
+            self.beat.content = beat_html(self._beat)
         if not self._pace.due(snapshot.stamp):
             return
         word, why = state_words(snapshot)
@@ -171,6 +177,11 @@ def state_html(word: str, colour: RGB) -> str:
         "height:1.9em;line-height:1.9em;font-size:1.15em;font-weight:700;"
         f'white-space:nowrap;overflow:hidden">{escape(word)}</div>'
     )
+
+
+def beat_html(count: int) -> str:
+    """A sign of life for `static_assets/page/watch.js`; nothing to see."""
+    return f'<span class="arm-panel" data-beat="{count}"></span>'
 
 
 def does_html(text: str) -> str:

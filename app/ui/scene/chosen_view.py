@@ -13,6 +13,7 @@ from app.ui.chosen import NOBODY, Chosen
 from app.ui.colours import CHOSEN
 from app.ui.engine import Engine
 from app.ui.scene.cloud_view import CloudView
+from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.poses import place, wxyz
 from app.ui.scene.robot_view import half_view, horn
 from app.ui.scene.switch import Switch
@@ -87,9 +88,11 @@ def zone_of(snapshot: Snapshot, slot: int, engine: Engine, cell: Cell) -> Zone:
 
 
 def listen_to_clicks(
-    server: viser.ViserServer, engine: Engine, chosen: Chosen, cloud: CloudView
-) -> None:
-    """Let a click in the scene choose among the points that are drawn, and the sensors."""
+    server: viser.ViserServer, engine: Engine, chosen: Chosen, cloud: CloudView,
+    coverage: CoverageView,
+) -> None:  # fmt: skip
+    """Let a click in the scene choose among the points that are drawn, the sensors, and the patches
+    of the arm's surface where those are shown."""
 
     @server.scene.on_click()  # type: ignore[arg-type]  # awaited, whatever its type says
     async def _(event: viser.SceneClickEvent) -> None:
@@ -97,3 +100,4 @@ def listen_to_clicks(
         if snapshot is not None:
             ray = np.array(event.ray_origin), np.array(event.ray_direction)
             chosen.click(*ray, snapshot, cloud.shown())
+            coverage.click(*ray, snapshot)
