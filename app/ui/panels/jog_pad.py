@@ -209,7 +209,8 @@ def value_html(name: str, value: str, share: float | None = None, hint: str = ""
         )
     return (
         f'<div title="{escape(hint)}" style="font-size:0.78em;line-height:1.25">'
-        '<div style="display:flex;flex-wrap:wrap;justify-content:center;column-gap:0.4em;white-space:nowrap">'
+        '<div style="display:flex;flex-wrap:wrap;justify-content:center;column-gap:0.4em;'
+        'white-space:nowrap">'
         f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(name)}</span>'
         f"<b>{escape(value)}</b></div>{bar}</div>"
     )
