@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.actions import Action
 from app.config import Params
+from app.granted import Granted
 from app.messages import (
     NO_NOTICE,
     NOTHING_NEAR,
@@ -23,7 +24,6 @@ from app.messages import (
     Command,
     GhostState,
     Goal,
-    Granted,
     JointState,
     Nearness,
     Notice,
