@@ -30,7 +30,8 @@ from app.digest import digest
 from app.errors import FlinchError
 from app.granted import Granted, Wish
 from app.guard import Guard
-from app.messages import Array, Command, Goal, JointState, Mode, Nearness, freeze
+from app.messages import Array, Command, Goal, JointState, Mode, freeze
+from app.near import Nearness
 from app.perception.blindness import Cones
 from app.perception.look import Links
 from app.perception.perceiver import Perceiver
