@@ -28,8 +28,9 @@ from app.control.programs import Program, ProgramRun, Waypoint
 from app.control.wish import granted
 from app.digest import digest
 from app.errors import FlinchError
+from app.granted import Granted, Wish
 from app.guard import Guard
-from app.messages import Array, Command, Goal, Granted, JointState, Mode, Wish, freeze
+from app.messages import Array, Command, Goal, JointState, Mode, freeze
 from app.near import Nearness
 from app.perception.blindness import Cones
 from app.perception.look import Links

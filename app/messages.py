@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from app.config import Params
+from app.granted import Granted
 from app.near import NOTHING_NEAR, Nearness
 
 Array = NDArray[np.float64]
@@ -172,30 +173,6 @@ class Goal:
     """Where the tool frame should be: T_base_tool (4, 4)."""
 
     T_base_tool: Array
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Wish:
-    """A velocity that is asked for instead of a goal; one of the two is given.
-
-    twist: (6,) [m/s, rad/s] of the tool, axes of the base.   qd: (n,) [rad/s] of the joints.
-    """
-
-    twist: Array | None = None
-    qd: Array | None = None
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Granted:
-    """What became of a wish in one tick.
-
-    share: of what was asked for that the command does, along it; below 0 it goes the other way.
-    by:    what holds the rest back, in words; empty while nothing does.
-    """
-
-    wish: Wish
-    share: float
-    by: str
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from app.actions import Action
 from app.config import Params
+from app.granted import Granted
 from app.messages import (
     NO_NOTICE,
     Array,
@@ -22,7 +23,6 @@ from app.messages import (
     Command,
     GhostState,
     Goal,
-    Granted,
     JointState,
     Notice,
     Pairs,

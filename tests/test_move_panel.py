@@ -24,7 +24,8 @@ from app.actions import (
 from app.config import Params
 from app.control.programs import load_program, program_text, taught
 from app.control.reach import Reach, Short
-from app.messages import Goal, Granted, Mode, Status, Wish
+from app.granted import Granted, Wish
+from app.messages import Goal, Mode, Status
 from app.poses import pose, transform, turns
 from app.timing import ManualClock
 from app.ui.page import Page

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from app.config import Params
-from app.messages import Array, Cloud, Command, Goal, JointState, Pairs, SensorFrame, Wish
+from app.granted import Wish
+from app.messages import Array, Cloud, Command, Goal, JointState, Pairs, SensorFrame
 from app.robot.posture import Posture
 
 

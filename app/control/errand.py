@@ -9,7 +9,8 @@ from app.config import Params
 from app.control.jogging import RAMP, Jogging, homeward
 from app.control.programs import Program, ProgramRun, taught
 from app.errors import ConfigError, options
-from app.messages import Array, Goal, JointState, Mode, Wish, freeze
+from app.granted import Wish
+from app.messages import Array, Goal, JointState, Mode, freeze
 from app.poses import transform
 from app.robot.model import Robot
 from app.robot.posture import Posture, rigid

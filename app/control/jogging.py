@@ -11,7 +11,8 @@ import numpy as np
 from app.actions import Jog, JogJoints, Want
 from app.config import Params
 from app.control.goals import goal_twist
-from app.messages import Array, JointState, Wish, freeze
+from app.granted import Wish
+from app.messages import Array, JointState, freeze
 from app.robot.model import Robot
 from app.robot.posture import Posture, rigid
 

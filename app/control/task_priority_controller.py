@@ -26,7 +26,8 @@ from app.control.limit_task import limit_task
 from app.control.limits import bring_into, velocity_box
 from app.control.registry import fading_distances
 from app.control.task_priority import Task, solve
-from app.messages import Command, Goal, Wish, freeze
+from app.granted import Wish
+from app.messages import Command, Goal, freeze
 from app.robot.model import Robot
 from app.robot.posture import Posture
 

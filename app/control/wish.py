@@ -7,7 +7,8 @@ import numpy as np
 from app.control.goals import LAMBDA_O, LAMBDA_P
 from app.control.limits import MARGIN
 from app.control.qp import Answer, Costs
-from app.messages import Array, Command, Goal, Granted, Pairs, Wish, freeze
+from app.granted import Granted, Wish
+from app.messages import Array, Command, Goal, Pairs, freeze
 from app.robot.model import Robot
 from app.robot.posture import Posture, rotation_matrix
 
