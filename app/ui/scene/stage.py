@@ -11,6 +11,7 @@ from app.ui.scene.switch import Switch
 
 GAP = 0.002  # [m] below what stands on the ground, so that the two do not flicker
 FROM = np.array([0.60, -0.72, 0.36])  # the direction from which the arm is looked at
+SKY = {False: ((198, 210, 224), (240, 243, 246)), True: ((22, 26, 33), (58, 66, 77))}
 FOV = 0.75  # [rad] from the upper to the lower edge
 ROOM = 1.25  # the picture holds so much more than the arm: what comes near it
 UPRIGHT = 1.6  # [-] a picture that is higher than wide stands back so far at most
@@ -24,9 +25,7 @@ class Stage:
         scene, cell = server.scene, engine.cell
         self._scene = scene
         scene.configure_environment_map("studio", environment_intensity=0.6)
-        top, bottom = np.array([198, 210, 224]), np.array([240, 243, 246])
-        sky = np.linspace(top, bottom, 256).astype(np.uint8)
-        scene.set_background_image(np.repeat(sky[:, None], 8, axis=1), format="png")
+        show_sky(server, dark=False)
         self._grid = scene.add_grid(
             "/ground",
             width=6.0,
@@ -75,6 +74,13 @@ class Stage:
     def cast_shadows(self, on: bool) -> None:
         """Shadows tell how high a thing hovers, but are drawn anew for every picture."""
         self._scene.configure_default_lights(cast_shadow=on)
+
+
+def show_sky(page: viser.ViserServer | viser.ClientHandle, dark: bool) -> None:
+    """What is behind everything, of all pages or of one."""
+    top, bottom = SKY[dark]
+    sky = np.linspace(top, bottom, 256).astype(np.uint8)
+    page.scene.set_background_image(np.repeat(sky[:, None], 8, axis=1), format="png")
 
 
 def lowest(body: BodyPose) -> float:
