@@ -13,8 +13,7 @@ GAP = 0.002  # [m] below what stands on the ground, so that the two do not flick
 FROM = np.array([0.60, -0.72, 0.36])  # the direction from which the arm is looked at
 SKY = {False: ((198, 210, 224), (240, 243, 246)), True: ((22, 26, 33), (58, 66, 77))}
 FOV = 0.75  # [rad] from the upper to the lower edge
-ROOM = 1.25  # the picture holds so much more than the arm: what comes near it
-UPRIGHT = 1.6  # [-] a picture that is higher than wide stands back so far at most
+ROOM = 1.75  # the picture holds so much more than the arm: what comes near it, a new body ahead
 LEVEL = 0.08  # share of the arm's size by which it is drawn above the middle: the legend is below
 
 
@@ -47,15 +46,6 @@ class Stage:
         camera = server.initial_camera
         camera.position = tuple(self._look_at + self._away)
         camera.look_at, camera.fov = tuple(self._look_at), FOV
-        server.on_client_connect(self._stand_back)
-
-    async def _stand_back(self, client: viser.ClientHandle) -> None:
-        """A picture that is higher than wide, as on a phone, shows the arm whole as well."""
-        camera = client.camera
-        share = camera.image_height / max(camera.image_width, 1)
-        if share > 1.0:
-            camera.position = self._look_at + min(share, UPRIGHT) * self._away
-            camera.look_at = self._look_at
 
     def update(self, snapshot: Snapshot) -> None:
         names = frozenset(p.view.name for p in snapshot.world if not p.view.movable)
