@@ -10,7 +10,10 @@ from app.assets import asset_folder
 from app.colours import POINT, REMEMBERED
 from app.messages import Verdict
 from app.ui.colours import ALARM, CALM, DANGER, GO, NEAR, QUIET, RGB, WAIT, WARN
+from app.ui.inside import uuid_of
+from app.ui.page import Page
 from app.ui.panels.arm_panel import COLOUR, TINT
+from tests.ui_page import FakeEngine, the_built, the_clock, the_engine, the_page  # noqa: F401 - fixtures
 
 WHITE, DARK_PAGE = (255, 255, 255), (36, 36, 36)
 READ = 4.5  # contrast that text needs: WCAG 2.2, 1.4.3
@@ -75,3 +78,7 @@ def test_what_stands_side_by_side_is_told_apart_by_colour_blind_eyes(kind: str) 
 def test_points_do_not_look_like_an_alarm(verdict: Verdict) -> None:
     for alarm in (ALARM, WARN):
         assert np.linalg.norm(np.subtract(POINT[verdict], alarm)) > 60
+
+
+def test_a_page_that_only_watches_may_choose_light_or_dark(page: Page) -> None:
+    assert uuid_of(page.theme) in page.gate.free

@@ -23,7 +23,7 @@ from app.ui.panels.params_panel import ParamsPanel
 from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.record_panel import RecordPanel
 from app.ui.panels.skin_panel import SkinPanel
-from app.ui.panels.view_panel import ViewPanel
+from app.ui.panels.view_panel import ViewPanel, add_theme
 from app.ui.panels.world_panel import WorldPanel
 from app.ui.pump import Pump, View
 from app.ui.reading import Reading
@@ -127,7 +127,7 @@ class Page:
         self.blind = show_blind(server, engine)
         self._build_tabs(engine, clock, shapes, desk, traffic)
         listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
-        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
+        self.roles = Roles(server, self.gate, (*self.arm.everybody, self.theme), self._let_go)
 
         views: tuple[View, ...] = (
             self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
@@ -186,6 +186,7 @@ class Page:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
         with tabs.add_tab("View"):
+            self.theme = add_theme(server)
             self.coverage = CoverageView(server, engine)
             switches = self._switches()
             self.switches = ViewPanel(server, [s for s in switches if s.sign is None])

@@ -57,13 +57,19 @@ def open_page(
     except BaseException:
         listener.close()
         raise
-    server.gui.configure_theme(
+    paint(server, dark=False)
+    return server
+
+
+def paint(page: viser.ViserServer | viser.ClientHandle, dark: bool) -> None:
+    """Light or dark, all pages or one."""
+    page.gui.configure_theme(
         show_share_button=False,
         show_logo=False,
         control_width="medium",
         brand_color=(32, 100, 170),
+        dark_mode=dark,
     )
-    return server
 
 
 def close_page(server: viser.ViserServer) -> None:

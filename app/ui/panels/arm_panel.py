@@ -167,7 +167,8 @@ div:has(> .arm-line) {{ grid-column: 1 / -1 }}
     background: var(--mantine-color-body) }}
   .mantine-Notifications-root {{ margin-top: {room}px }}
   .mantine-Tabs-root:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
-  div:has(> div > [data-beat]) {{ height: {PHONE}px !important; align-content: start }}
+  div:has(> div > [data-beat]) {{ height: {PHONE}px !important; align-content: start;
+    grid-template-columns: 5.6em 5.6em 1fr }}
   div:has(> div > [data-beat]) > :last-child {{ display: none }}
   div:has(> div > [data-beat]) > :nth-child(5) {{ position: fixed; inset: auto 0 0; z-index: 21;
     padding: 4px !important; background: var(--mantine-color-body) }}

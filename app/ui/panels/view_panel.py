@@ -4,7 +4,9 @@ from collections.abc import Iterable
 
 import viser
 
+from app.ui.scene.stage import show_sky
 from app.ui.scene.switch import Switch
+from app.ui.server import paint
 
 
 class ViewPanel:
@@ -12,6 +14,19 @@ class ViewPanel:
 
     def __init__(self, server: viser.ViserServer, switches: Iterable[Switch]) -> None:
         self.boxes = {s.label: add_box(server, s) for s in switches}
+
+
+def add_theme(server: viser.ViserServer) -> viser.GuiButtonGroupHandle:
+    """Light or dark: each page for itself, also one that only watches."""
+    theme = server.gui.add_button_group("This page", ("Light", "Dark"), hint="only what you see")
+
+    @theme.on_click
+    async def _(event: viser.GuiEvent[viser.GuiButtonGroupHandle]) -> None:
+        if event.client is not None:
+            paint(event.client, dark=event.target.value == "Dark")
+            show_sky(event.client, dark=event.target.value == "Dark")
+
+    return theme
 
 
 def add_box(server: viser.ViserServer, switch: Switch) -> viser.GuiCheckboxHandle:

@@ -11,9 +11,9 @@ from app.ui.scene.switch import Switch
 
 GAP = 0.002  # [m] below what stands on the ground, so that the two do not flicker
 FROM = np.array([0.60, -0.72, 0.36])  # the direction from which the arm is looked at
+SKY = {False: ((198, 210, 224), (240, 243, 246)), True: ((22, 26, 33), (58, 66, 77))}
 FOV = 0.75  # [rad] from the upper to the lower edge
-ROOM = 1.25  # the picture holds so much more than the arm: what comes near it
-UPRIGHT = 1.6  # [-] a picture that is higher than wide stands back so far at most
+ROOM = 1.75  # the picture holds so much more than the arm: what comes near it, a new body ahead
 LEVEL = 0.08  # share of the arm's size by which it is drawn above the middle: the legend is below
 
 
@@ -24,9 +24,7 @@ class Stage:
         scene, cell = server.scene, engine.cell
         self._scene = scene
         scene.configure_environment_map("studio", environment_intensity=0.6)
-        top, bottom = np.array([198, 210, 224]), np.array([240, 243, 246])
-        sky = np.linspace(top, bottom, 256).astype(np.uint8)
-        scene.set_background_image(np.repeat(sky[:, None], 8, axis=1), format="png")
+        show_sky(server, dark=False)
         self._grid = scene.add_grid(
             "/ground",
             width=6.0,
@@ -48,15 +46,6 @@ class Stage:
         camera = server.initial_camera
         camera.position = tuple(self._look_at + self._away)
         camera.look_at, camera.fov = tuple(self._look_at), FOV
-        server.on_client_connect(self._stand_back)
-
-    async def _stand_back(self, client: viser.ClientHandle) -> None:
-        """A picture that is higher than wide, as on a phone, shows the arm whole as well."""
-        camera = client.camera
-        share = camera.image_height / max(camera.image_width, 1)
-        if share > 1.0:
-            camera.position = self._look_at + min(share, UPRIGHT) * self._away
-            camera.look_at = self._look_at
 
     def update(self, snapshot: Snapshot) -> None:
         names = frozenset(p.view.name for p in snapshot.world if not p.view.movable)
@@ -75,6 +64,13 @@ class Stage:
     def cast_shadows(self, on: bool) -> None:
         """Shadows tell how high a thing hovers, but are drawn anew for every picture."""
         self._scene.configure_default_lights(cast_shadow=on)
+
+
+def show_sky(page: viser.ViserServer | viser.ClientHandle, dark: bool) -> None:
+    """What is behind everything, of all pages or of one."""
+    top, bottom = SKY[dark]
+    sky = np.linspace(top, bottom, 256).astype(np.uint8)
+    page.scene.set_background_image(np.repeat(sky[:, None], 8, axis=1), format="png")
 
 
 def lowest(body: BodyPose) -> float:
