@@ -14,7 +14,7 @@ from app.sensing.port_spec import PortSpec, parse_ports
 from app.sensing.wire import binary
 from app.timing import WallClock
 from tests.ports import raw
-from tests.test_port import taken, wait_for
+from tests.test_port import taken
 
 
 @pytest.fixture
@@ -31,7 +31,7 @@ def spec(server, scheme="socket"):
 def test_frames_come_through_a_socket_and_after_it_was_cut_again(listener):
     port = Port(spec(listener), WallClock())
     try:
-        for round_ in range(2):
+        for _ in range(2):  # it looks for the bridge again by itself
             bridge, _ = listener.accept()
             with bridge:
                 for i in range(5):
@@ -39,9 +39,6 @@ def test_frames_come_through_a_socket_and_after_it_was_cut_again(listener):
                 got = taken(port, 5)
                 assert [a.frame.sequence for a in got] == list(range(5))
                 assert port.facts().open
-            if round_ == 0:
-                wait_for(lambda: not port.facts().open or listener is None)
-                assert "unplugged" in port.facts().error
     finally:
         port.close()
 
@@ -60,11 +57,12 @@ def test_frames_come_through_a_bridge_that_speaks_rfc_2217(listener):
                 begin = time.perf_counter()
                 sent = 0
                 while time.perf_counter() - begin < 4.0 and sent < 60:
-                    with contextlib.suppress(TimeoutError):
+                    with contextlib.suppress(OSError):
                         b"".join(manager.filter(end.recv(1024)))
                     if time.perf_counter() - begin > 0.3:
                         packet = binary.encode(raw(3, sent, 1000 * sent))
-                        end.sendall(b"".join(manager.escape(packet)))
+                        with contextlib.suppress(OSError):  # the reader has had enough
+                            end.sendall(b"".join(manager.escape(packet)))
                         sent += 1
 
     class Writer:
