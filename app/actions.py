@@ -165,8 +165,32 @@ class SpoilSensor:
     how: str
 
 
+@dataclass(frozen=True, slots=True)
+class SetPerson:
+    """Let nobody be in the simulated world, or whom `app.world.people.WHO` names."""
+
+    who: str
+
+
+@dataclass(frozen=True, slots=True)
+class PauseWorld:
+    """Let what follows a script in the simulated world stand still, or go on from there."""
+
+    paused: bool
+
+
+@dataclass(frozen=True, slots=True)
+class StepWorld:
+    """Let a paused world go on for so long [s]."""
+
+    seconds: float = 0.1
+
+
 # the brain has no part in these
-OF_THE_PLANT = (AddObstacle, MoveObstacle, RemoveObstacle, UseSensor, SpoilSensor)
+OF_THE_PLANT = (
+    AddObstacle, MoveObstacle, RemoveObstacle, UseSensor, SpoilSensor, SetPerson, PauseWorld,
+    StepWorld,
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -197,5 +221,8 @@ Action = (
     | RemoveObstacle
     | UseSensor
     | SpoilSensor
+    | SetPerson
+    | PauseWorld
+    | StepWorld
     | Remark
 )

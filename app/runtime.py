@@ -46,6 +46,7 @@ class Engine:
     ) -> None:
         self.brain, self.plant, self.scene = brain, plant, scene
         self.robot, self.skin, self.cell = brain.robot, brain.skin, brain.cell
+        self.editable = plant.editable
         self.source, self.programs = plant.name, tuple(brain.wishes.errand.programs)
         self.snapshots: Latest[Snapshot] = Latest()
         self.ticker = Ticker(clock, 1.0 / rate)

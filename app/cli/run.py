@@ -53,8 +53,8 @@ def no_flags() -> Any:
 class Run(WhichRobot):
     """Run the arm: with its page in a browser, or headless for a number of seconds."""
 
-    scene: str = "cell"
-    """A scene's name, or the path of its TOML file."""
+    scene: str = "first"
+    """A scene's name, or the path of its TOML file; 'cell' has a person who works there."""
     person: str = ""
     """Who is there instead of the scene's people: 'none', or 'bvh:FILE[@X,Y[,HEADING]]', a motion
     file played again and again from a place on [m, degrees]; default: where the scene's first
@@ -105,8 +105,9 @@ class Run(WhichRobot):
     """Address that the page listens on; beyond this machine it takes an operator token."""
     token_file: Path | None = None
     """A file with the operator token; the variable FLINCH_TOKEN can hold it instead."""
-    origin: tuple[str, ...] = ()
-    """Public addresses of the page, as of a proxy in front: https://cell.example."""
+    origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    """A public address of the page, as of a proxy in front: https://cell.example; may be given
+    several times."""
     foxglove: tuple[int, ...] | None = None
     """Show the run to Foxglove or Lichtblick as well, at ws://localhost:PORT (8765 without one):
     read only, from this machine only."""

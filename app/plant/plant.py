@@ -45,10 +45,14 @@ class Plant(Protocol):
     """An arm and its skin, wherever they are. Nothing here waits for a device.
 
     name: where the frames come from, in words.   limits: the arm's own.
+    editable: can people change the world that its sensors see?
     """
 
     name: str
     limits: Limits
+
+    @property
+    def editable(self) -> bool: ...
 
     def read(self, now: float, patience: float) -> Reading:
         """Where the arm is and what has arrived by `now` [s]; silence is borne for `patience`."""

@@ -18,6 +18,8 @@ from app.sensing.spoiled import OFF, WELL, SpoiledSkin
 class RealPlant:
     """`source` speaks of the real world; `arm` may be real or simulated."""
 
+    editable = False
+
     def __init__(self, robot: Robot, arm: Arm, source: Source) -> None:
         self.name, self.limits = source.name, arm.limits
         self._robot, self._arm = robot, arm

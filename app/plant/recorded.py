@@ -15,6 +15,8 @@ from app.tick import Inputs, Limits
 class RecordedPlant:
     """Plays `inputs` in their order, one a reading; `limits` are those of the recorded arm."""
 
+    editable = False
+
     def __init__(self, inputs: Sequence[Inputs], limits: Limits, name: str = "recorded") -> None:
         self.name, self.limits = name, limits
         self._inputs, self._next = inputs, 0

@@ -6,7 +6,15 @@ quite where the brain believes them.
 
 import numpy as np
 
-from app.actions import Action, AddObstacle, MoveObstacle, RemoveObstacle
+from app.actions import (
+    Action,
+    AddObstacle,
+    MoveObstacle,
+    PauseWorld,
+    RemoveObstacle,
+    SetPerson,
+    StepWorld,
+)
 from app.messages import Array, BodyPose, JointState
 from app.plant.plant import Arm, Reading
 from app.plant.real import RealPlant
@@ -14,11 +22,14 @@ from app.robot.arm import SimulatedArm
 from app.robot.model import Robot
 from app.robot.posture import Posture, rigid
 from app.sensing.source import Source
-from app.world.world import World
+from app.world.entries import person_called
+from app.world.world import Exchange, World
 
 
 class SimulatedPlant(RealPlant):
     """The same with a world that moves and that people may change; `eye` sees that world."""
+
+    editable = True
 
     def __init__(
         self, robot: Robot, arm: Arm, eye: Source, world: World, look_every: float = 0.0
@@ -58,6 +69,12 @@ class SimulatedPlant(RealPlant):
                 self.world.edit(action)
             case MoveObstacle(name=name, T_base_body=T):
                 self.world.edit(MoveObstacle(name, rigid(T)))
+            case SetPerson(who=who):
+                self.world.exchange(Exchange(self.world.people, person_called(who)))
+            case PauseWorld(paused=paused):
+                self.world.pause(paused)
+            case StepWorld(seconds=seconds):
+                self.world.skip(seconds)
             case _:
                 super().act(action)
 

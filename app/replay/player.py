@@ -31,6 +31,7 @@ class Player:
         brain, head = timeline.mind.brain, timeline.recording.head
         self.robot, self.skin, self.cell = brain.robot, brain.skin, brain.cell
         self.source, self.scene = source, head.scene
+        self.editable = False  # what has happened
         self.programs: tuple[str, ...] = ()  # none can be run
         self.snapshots: Latest[Snapshot] = Latest()
         self.fault = ""  # what ended it; empty while nothing has

@@ -49,6 +49,11 @@ class Desk:
         self._lock = threading.Lock()
 
     @property
+    def scene(self) -> str:
+        """Name or path of the scene of this run."""
+        return self._setup.scene
+
+    @property
     def progress(self) -> Progress | None:
         """Of the recording that runs, or of one that has ended by itself; None without one."""
         recorder = self._recorder

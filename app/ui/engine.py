@@ -22,6 +22,8 @@ class Engine(Protocol):
     @property
     def source(self) -> str: ...  # where the frames come from, in words
     @property
+    def editable(self) -> bool: ...  # is there a simulated world that people may change?
+    @property
     def scene(self) -> str: ...
     @property
     def programs(self) -> tuple[str, ...]: ...  # waypoint programs by name

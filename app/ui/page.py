@@ -16,6 +16,7 @@ from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.help_panel import show_help
+from app.ui.panels.legend import Legend
 from app.ui.panels.move_panel import MovePanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
@@ -23,6 +24,7 @@ from app.ui.panels.plot_panel import PlotPanel
 from app.ui.panels.record_panel import RecordPanel
 from app.ui.panels.skin_panel import SkinPanel
 from app.ui.panels.view_panel import ViewPanel
+from app.ui.panels.world_panel import WorldPanel
 from app.ui.pump import Pump, View
 from app.ui.reading import Reading
 from app.ui.roles import Roles
@@ -33,6 +35,7 @@ from app.ui.scene.cloud_view import CloudView
 from app.ui.scene.coverage_view import CoverageView
 from app.ui.scene.ghost_view import GhostView
 from app.ui.scene.goal_view import GoalView
+from app.ui.scene.hand_view import HandView
 from app.ui.scene.memory_view import MemoryView
 from app.ui.scene.pair_view import PairView
 from app.ui.scene.robot_view import RobotView
@@ -43,6 +46,12 @@ from app.ui.scene.world_view import WorldView
 from app.ui.server import close_page, open_page, page_url
 from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
+from app.ui.undo import Undo
+
+TOUR = (  # heard by static_assets/page/tour.js
+    '<button data-flinch-tour title="five short steps" style="margin:0 0.8em 0.7em;padding:'
+    '0.3em 0.9em;cursor:pointer;font:inherit">Show the tour</button>'
+)
 
 
 class Page:
@@ -110,7 +119,30 @@ class Page:
     def _build(self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None) -> None:
         server, gui = self.server, self.server.gui
         traffic = Traffic(server)
-        self.stage = Stage(server, engine.cell)
+        self._build_scene(engine, clock)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(400)
+        self.arm = ArmPanel(server, engine, clock, self.reading)
+        self.control = ControlPanel(server, engine, clock)
+        self.blind = show_blind(server, engine)
+        self._build_tabs(engine, clock, shapes, desk, traffic)
+        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
+        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
+
+        views: tuple[View, ...] = (
+            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
+            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
+            self.move, self.params, self.plot, self.health, self.memory, self.roles,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage, self.people,
+            self.hand,
+        )  # fmt: skip
+        if self.record is not None:
+            views = (*views, self.record)
+        self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
+
+    def _build_scene(self, engine: Engine, clock: Clock) -> None:
+        server = self.server
+        self.stage = Stage(server, engine)
         self.cell = CellView(server, engine.cell)
         self.robot = RobotView(server, engine)
         self.cones = BlindView(server, engine)
@@ -122,50 +154,45 @@ class Page:
         self.pair = PairView(server, engine, self.reading)
         self.separation = SeparationView(server)
         self.ghost = GhostView(server, engine)
-        self.goal = GoalView(server, engine, clock)
-        self.world = WorldView(server, engine, lambda name: self.obstacles.select(name))
+        self.undo = Undo(engine, clock)  # remembers what moves the goal and the bodies
+        self.goal = GoalView(server, self.undo, clock)
+        self.world = WorldView(server, self.undo, lambda name: self.obstacles.select(name))
+        self.hand = HandView(server, engine, self.world)
 
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(400)
-        self.arm = ArmPanel(server, engine, clock, self.reading)
-        self.control = ControlPanel(server, engine, clock)
-        self.blind = show_blind(server, engine)
+    def _build_tabs(
+        self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None, traffic: Traffic
+    ) -> None:
+        server, gui = self.server, self.server.gui
         tabs = gui.add_tab_group()
         with tabs.add_tab("Move"):
-            self.move = MovePanel(server, engine, clock)
+            self.move = MovePanel(server, self.undo, clock)
         with tabs.add_tab("Cell"):
-            self.obstacles = ObstaclesPanel(server, engine, clock, shapes)
+            self.obstacles = ObstaclesPanel(server, self.undo, clock, shapes)
+            scenes = Shelf(desk.folder, "scene") if desk is not None else None
+            scene = desk.scene if desk is not None else ""
+            self.people = WorldPanel(server, engine, self.undo, scenes, scene)
             self.background = BackgroundPanel(server, engine)
-        with tabs.add_tab("View"):
-            self.coverage = CoverageView(server, engine)
-            self.switches = ViewPanel(server, self._switches())
-        with tabs.add_tab("Settings"):
-            shelf = Shelf(desk.folder, "settings") if desk is not None else None
-            self.params = ParamsPanel(server, engine, clock, shelf)
         with tabs.add_tab("Skin"):
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
-        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
         with tabs.add_tab("Plots"):
             self.plot = PlotPanel(server, engine)
+        with tabs.add_tab("Settings"):
+            shelf = Shelf(desk.folder, "settings") if desk is not None else None
+            self.params = ParamsPanel(server, engine, clock, shelf)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
+        with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, engine)
+            switches = self._switches()
+            self.switches = ViewPanel(server, [s for s in switches if s.sign is None])
         with tabs.add_tab("Help"):
+            gui.add_html(TOUR)
             show_help(server, asset_folder("static_assets") / "manual")
-        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
-
-        views: tuple[View, ...] = (
-            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
-            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
-            self.move, self.params, self.plot, self.health, self.memory, self.roles,
-            self.skin, self.separation, self.cones, self.clicked, self.coverage,
-        )  # fmt: skip
-        if self.record is not None:
-            views = (*views, self.record)
-        self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
+        self.legend = Legend(server, switches)
 
     def _let_go(self, page: int) -> None:
         """The page has lost the lease, maybe with the mouse on a handle."""

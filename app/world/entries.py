@@ -5,12 +5,13 @@ from pathlib import Path
 import numpy as np
 
 from app.cell.parts import Box, HalfSpace
-from app.errors import WorldError
+from app.errors import WorldError, options
 from app.messages import freeze
 from app.poses import pose, transform
 from app.world.build import MIDDLE, SHORT, TALL
 from app.world.clip import Clip, clip_bodies
 from app.world.motion import motion_of, route_of
+from app.world.people import WHO
 from app.world.person import PAUSE, Plan, person_bodies, varied
 from app.world.shapes import shape_of
 from app.world.tables import BodyTable, CropTable, PersonTable, PlaneTable
@@ -49,6 +50,13 @@ def person_of(table: PersonTable, folder: Path, seed: int, where: str) -> list[B
     if table.stops or table.at_m is None:
         raise WorldError(f"{where}: a clip is played at one place; give at_m and leave stops out")
     return clip_bodies(table.name, clip_of(table, folder, table.at_m, seed))
+
+
+def person_called(who: str) -> tuple[Body, ...]:
+    """The parts of the people whom a name of `WHO` stands for; WorldError for another one."""
+    if who not in WHO:
+        raise WorldError(f"person = {who!r}; {options(who, WHO)}")
+    return tuple(part for table in WHO[who] for part in person_of(table, Path(), 0, "person"))
 
 
 def clip_of(table: PersonTable, folder: Path, at: tuple[float, float], seed: int) -> Clip:

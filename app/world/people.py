@@ -10,9 +10,28 @@ from pathlib import Path
 import numpy as np
 
 from app.errors import WorldError
-from app.world.tables import PersonTable
+from app.world.tables import PersonTable, StopTable
 
 NOBODY, CLIP = "none", "bvh:"
+# on the page: nobody, or one who walks past the arm, or works beside it as in the scene `cell`
+WHO: dict[str, tuple[PersonTable, ...]] = {
+    NOBODY: (),
+    "walks": (
+        PersonTable(
+            "person", speed_mps=0.9, seed=1,
+            stops=(StopTable((-0.9, 0.95), 1.0), StopTable((1.5, 0.95), 1.0)),
+        ),
+    ),
+    "works": (
+        PersonTable(
+            "person", speed_mps=0.6, seed=1,
+            stops=(
+                StopTable((-0.15, 0.76), 3.0, (-0.30, 0.37, 0.22)),
+                StopTable((0.60, 0.76), 3.0, (0.70, 0.32, 0.35)),
+            ),
+        ),
+    ),
+}  # fmt: skip
 ELSEWHERE = (0.3, 1.2)  # [m] of a clip in a scene without people: to the left of the arm
 
 

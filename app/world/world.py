@@ -20,7 +20,7 @@ from app.world.motion import Motion, Still
 from app.world.shapes import Shape, make_shape
 
 Colour = tuple[int, int, int]
-Edit = AddObstacle | MoveObstacle | RemoveObstacle
+LONGEST_STEP = 10.0  # [s]
 WORLD = -1  # label of a ray that ends on a body
 PALETTE: tuple[Colour, ...] = (  # of added bodies; the muted set of P. Tol's colour schemes
     (204, 102, 119), (51, 136, 170), (221, 204, 119), (17, 119, 51),
@@ -43,13 +43,26 @@ class Body:
     reflectance: float | None = None
 
 
+@dataclass(frozen=True, eq=False, slots=True)
+class Exchange:
+    """Bodies that go, by name, and others that come: people, say."""
+
+    gone: tuple[str, ...]
+    come: tuple[Body, ...]
+
+
+Edit = AddObstacle | MoveObstacle | RemoveObstacle | Exchange
+
+
 class World:
     """Bodies and their poses at one time."""
 
     def __init__(self, bodies: Iterable[Body]) -> None:
         self._bodies: dict[str, Body] = {}
         self._views: dict[str, BodyView] = {}
-        self.time = 0.0  # [s] since the beginning
+        self.time = 0.0  # [s] since the beginning, without the pauses
+        self._clock = self._missed = 0.0  # [s] as `step` was told; of it in pauses
+        self._held: float | None = None  # [s] on that clock, where a pause holds it
         self._added = 0
         self._followers: list[Callable[[Edit], None]] = []
         for body in bodies:
@@ -78,6 +91,8 @@ class World:
                 self.move(name, T)
             case RemoveObstacle(name=name):
                 self.remove(name)
+            case Exchange():
+                self.exchange(action)
 
     def add(self, name: str, shape: Mapping[str, Any], position: Sequence[float]) -> str:
         """Put a movable body at `position` (3,) [m], base frame; returns its unique name.
@@ -113,10 +128,44 @@ class World:
         del self._bodies[name], self._views[name]
         self._arrange(RemoveObstacle(name))
 
+    def exchange(self, bodies: Exchange) -> None:
+        """Take some bodies out, put others in."""
+        for name in bodies.gone:
+            del self._bodies[name], self._views[name]
+        for body in bodies.come:
+            if body.name in self._bodies:
+                raise WorldError(f"two bodies are called {body.name!r}; take one out first")
+            self._put(body)
+        self._arrange(bodies)
+
+    @property
+    def people(self) -> tuple[str, ...]:
+        """Names of the bodies that follow a script and that nobody can move: parts of people."""
+        return tuple(b.name for b in self._all if not b.movable and not _stands(b))
+
     def step(self, t: float) -> None:
-        """Let every body be where its script has it at `t` [s]; worked out when first asked for."""
-        self.time = t
+        """Let every body be where its script has it at `t` [s], less what was paused; worked out
+        when first asked for."""
+        self._clock = t
+        self.time = (t if self._held is None else self._held) - self._missed
         self._behind = True
+
+    def pause(self, paused: bool) -> None:
+        """Let scripts stand still from now on, or go on from where they stand."""
+        if paused and self._held is None:
+            self._held = self._clock
+        elif not paused and self._held is not None:
+            self._missed += self._clock - self._held
+            self._held = None
+
+    def skip(self, seconds: float) -> None:
+        """Let scripts that stand still go on for so long [s]; WorldError where they do not."""
+        if self._held is None:
+            raise WorldError("the world is not paused; pause it first")
+        if not 0.0 < seconds <= LONGEST_STEP:
+            raise WorldError(f"a step of {seconds:g} s; give up to {LONGEST_STEP:g} s")
+        self._held += seconds
+        self.step(self._clock)
 
     # --- looking at it --------------------------------------------------------------------
 

@@ -13,10 +13,11 @@ import viser
 
 from app.actions import MoveObstacle
 from app.messages import Array, BodyPose, BodyView, Snapshot
+from app.ui.colours import BODY
 from app.ui.engine import Engine
 from app.ui.pacing import Every
 from app.ui.scene.poses import Nodes, wxyz
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 
 PERIOD = 0.06  # [s] between two pictures of what nobody drags
 REACH = 3.0  # [m] from the base: farther than any arm here; keeps a slip of the mouse in sight
@@ -55,6 +56,11 @@ class WorldView:
         if snapshot.world and (self._pace.due(snapshot.stamp) or dragged):
             self._nodes.show(np.array([p.T_base_body for p in snapshot.world]))
 
+    @property
+    def held(self) -> tuple[str, ...]:
+        """Names of the bodies that somebody drags."""
+        return tuple(name for _, name in self._grabs)
+
     def switches(self) -> list[Switch]:
         return [
             Switch(
@@ -62,6 +68,7 @@ class WorldView:
                 True,
                 lambda on: setattr(self._root, "visible", on),
                 "hide them to see what the skin alone knows",
+                Sign(BODY),
             )
         ]
 
