@@ -137,7 +137,7 @@ def test_a_port_that_another_program_reads_is_refused(tmp_path, skin):
 
 
 def test_a_reader_that_dies_is_a_lost_port_with_its_reason(line, monkeypatch):
-    from app.sensing import port as module
+    from app.sensing import line as module
 
     def broken(*_):
         raise ZeroDivisionError("a bug")

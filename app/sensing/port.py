@@ -8,7 +8,6 @@ RTS and DTR are left as the system holds them: a pulse on them resets many board
 import errno
 import logging
 import os
-import select
 import termios
 import threading
 import time
@@ -19,6 +18,7 @@ from dataclasses import dataclass
 import serial
 
 from app.errors import SensorError
+from app.sensing.line import SOCKET, reader_of
 from app.sensing.port_spec import PortSpec
 from app.sensing.stream import Arrival, Stream
 from app.sensing.wire.detect import format_of
@@ -26,11 +26,9 @@ from app.timing import Clock
 
 log = logging.getLogger(__name__)
 RETRY = 0.2  # [s] between attempts to open a port that is gone
-PATIENCE = 2  # [0.1 s] a read waits so long for bytes
 TRIAL = 1.5  # [s] of bytes without a whole frame before the next speed is tried
 BAUDS = (2_000_000, 115_200, 460_800, 921_600)  # tried in this order where none is given
 MAILBOX = 4096  # reads that may wait to be taken, about nine seconds of a whole skin
-CHUNK = 1 << 12  # [bytes] at most at once, as many as a line holds
 
 Tap = Callable[[str, Stream, bytes, float], None]  # port, its stream, bytes, when they came [s]
 
@@ -76,6 +74,8 @@ class Port:
         self._spec, self._clock = spec, clock
         self._mailbox: deque[tuple[Stream, bytes, float]] = deque(maxlen=MAILBOX)
         self._bauds = (spec.baud,) if spec.baud else _likely(spec.format)
+        if self.name.startswith(SOCKET):  # the speed is the other side's
+            self._bauds = self._bauds[:1]
         self._baud = 0
         self._stream = self._new_stream()
         self._open = True
@@ -133,22 +133,18 @@ class Port:
             self._open, self._error = False, f"its reader has died: {error!r}"
 
     def _read(self, device: serial.SerialBase) -> None:
-        # pyserial sets the line up; its own reads cost four times the system's
-        line = device.fileno()
-        _wait_in_kernel(line)
+        read = reader_of(device, self.name)
         tried = self._clock.now()
         while not self._quit.is_set():
-            chunk = os.read(line, CHUNK)
-            if not chunk and _hung_up(line):
-                raise OSError(errno.EIO, "hung up")
+            chunk = read()
             if chunk:
                 self._heard = now = self._clock.now()
                 decoded = not self._mailbox
                 known = self._stream.frames or self._stream.trouble
-                if decoded and now > tried + TRIAL and not known:
+                if decoded and now > tried + TRIAL and not known and len(self._bauds) > 1:
                     # bytes but no frame: perhaps it speaks at another speed
                     device.baudrate = self._next_baud()
-                    _wait_in_kernel(line)
+                    read = reader_of(device, self.name)
                     self._stream, tried = self._new_stream(), now
                 self._mailbox.append((self._stream, chunk, now))
             self._busy = time.thread_time()
@@ -188,21 +184,6 @@ class Port:
                 "the other program that uses it, or give another port"
             ) from e
         return device
-
-
-def _wait_in_kernel(line: int) -> None:
-    """Let a read return with the first bytes, or with none after `PATIENCE`."""
-    os.set_blocking(line, True)
-    settings = termios.tcgetattr(line)
-    settings[6][termios.VMIN], settings[6][termios.VTIME] = 0, PATIENCE
-    termios.tcsetattr(line, termios.TCSANOW, settings)
-
-
-def _hung_up(line: int) -> bool:
-    """Did a read give nothing because there is nobody, not because nothing was said?"""
-    poll = select.poll()
-    poll.register(line, select.POLLIN)
-    return any(event & (select.POLLHUP | select.POLLERR) for _, event in poll.poll(0))
 
 
 def _likely(format_name: str) -> tuple[int, ...]:

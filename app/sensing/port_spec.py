@@ -3,7 +3,8 @@
     PORT[@BAUD][#FORMAT][=SENSORS][:latency_ms=MS]       several of them separated by commas
 
 FORMAT is a name, or a file that describes what a sketch prints (`mine.toml`).
-PORT is a device, or `auto` for every USB port that speaks a known format.
+PORT is a device, `socket://HOST:PORT` or `rfc2217://HOST:PORT` of a bridge, or `auto` for every USB
+port that speaks a known format.
 SENSORS is a sensor's name, or a ring's for all of its sensors. A port whose format names no
 sensor needs one; for one whose format does, it is a promise that is held against its frames.
 MS are the milliseconds from the middle of a measurement to its arrival, or to the board's own
@@ -17,6 +18,7 @@ from pathlib import Path
 from app.errors import SensorError, options
 from app.paths import cut_path, entries
 from app.robot.skin import Skin
+from app.sensing.line import BRIDGE, SOCKET
 from app.sensing.wire.detect import format_of
 from app.sensing.wire.raw import USUAL, Grid
 
@@ -25,6 +27,7 @@ SPEC = re.compile(
     r"(?P<port>[^=]+?)(?:@(?P<baud>\d+))?(?:#(?P<format>[^=#]*?))?(?:=(?P<names>.*?))?"
     r"(?::latency_ms=(?P<latency>.*))?"
 )
+BRIDGES = (SOCKET, BRIDGE)
 SLOWEST, FASTEST = 9600, 12_000_000  # [baud]
 LATEST = 150.0  # [ms] later frames are soon too old to be of use: three periods of most sensors
 
@@ -71,6 +74,11 @@ def _one(entry: str, skin: Skin) -> PortSpec:
     port = port if match and match["port"] == "-" else match["port"] if match else ""
     if not match:
         raise SensorError(f"serial port {entry!r} is not understood; give {SYNTAX}")
+    if "://" in port and not port.startswith(BRIDGES):
+        raise SensorError(
+            f"serial port {port!r}: no such address is read; give a device, socket://HOST:PORT or "
+            "rfc2217://HOST:PORT"
+        )
     baud = int(match["baud"] or 0)
     if match["baud"] and not SLOWEST <= baud <= FASTEST:
         raise SensorError(
