@@ -56,7 +56,7 @@ fuzz: $(DEV) ## fuzz the decoders of serial skins with a million streams (RUNS=1
 	$(PIP_INSTALL) -e '.[fuzz]'
 	$(PY) -m tests.fuzz_wire -runs=$(RUNS) -max_len=1500 .artifacts/fuzz
 
-bench: $(RUN) ## measure this machine (WHAT=tick, perception, control, serial or peers; ARGS="--json")
+bench: $(RUN) ## measure this machine (WHAT=tick, perception, control, guard, serial or peers; ARGS="--json")
 	@$(VENV)/bin/flinch bench $(WHAT) $(ARGS)
 
 robot: $(MODEL) ## model the built-in robots anew and write their meshes

@@ -26,7 +26,7 @@ _PLACES = {
     "Command": "reflex", "Guard": "reflex", "JointSpeeds": "reflex", "Pose": "reflex",
     "Twist": "reflex", "FlinchError": "errors", "JointState": "messages",
     "SensorFrame": "messages", "Params": "config",
-    "main": "cli",  # the command line's, not for others
+    "main": "start",  # the command line's, not for others
 }  # fmt: skip
 
 

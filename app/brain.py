@@ -29,17 +29,8 @@ from app.control.wish import granted
 from app.digest import digest
 from app.errors import FlinchError
 from app.guard import Guard
-from app.messages import (
-    Array,
-    Command,
-    Goal,
-    Granted,
-    JointState,
-    Mode,
-    Nearness,
-    Wish,
-    freeze,
-)
+from app.messages import Array, Command, Goal, Granted, JointState, Mode, Wish, freeze
+from app.near import Nearness
 from app.perception.blindness import Cones
 from app.perception.look import Links
 from app.perception.perceiver import Perceiver

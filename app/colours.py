@@ -12,14 +12,14 @@ KNOWN: RGB = (95, 104, 115)  # learned cubes
 REMEMBERED: RGB = (0, 158, 115)
 POINT: dict[Verdict, RGB] = {
     Verdict.KEPT: (0, 114, 189),
-    Verdict.SELF: (204, 51, 34),
+    Verdict.SELF: (120, 60, 130),
     Verdict.BEHIND: (170, 80, 170),
     Verdict.STATIC: (130, 135, 142),
-    Verdict.BAD_STATUS: (230, 159, 0),
+    Verdict.BAD_STATUS: (150, 140, 40),
     Verdict.OUT_OF_RANGE: (120, 94, 60),
-    Verdict.STALE: (240, 120, 150),
+    Verdict.STALE: (150, 110, 170),
     Verdict.GHOST: (86, 180, 233),
-    Verdict.CONTACT: (214, 39, 140),
+    Verdict.CONTACT: (134, 0, 104),
 }
 
 

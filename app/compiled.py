@@ -23,7 +23,9 @@ they gave the lock away, the page's thread took it each time and a tick waited f
 """
 
 import hashlib
+import logging
 import os
+import pickle
 import re
 import sys
 from collections.abc import Callable, Iterator
@@ -38,6 +40,9 @@ from numba.core import event, sigutils, types
 from numba.core.registry import CPUDispatcher
 from numba.extending import typeof_impl
 
+from app.paths import cache_home
+
+log = logging.getLogger(__name__)
 APP = Path(__file__).parent
 OPTIONS = {"nopython": True, "nogil": False, "fastmath": False}
 NUMBERS = {float: types.float64, int: types.int64, bool: types.boolean}
@@ -66,9 +71,12 @@ def compiled(function: Callable[P, R]) -> Callable[P, R]:
     """
     before = config.CACHE_DIR
     config.CACHE_DIR = _folder(function.__module__)
+    kernel = Kernel(function)
     try:
-        kernel = Kernel(function)
         kernel.enable_caching()
+        kernel.keep_if_possible()
+    except (OSError, RuntimeError) as e:  # there is no folder that can be written to
+        _unkept(e)
     finally:
         config.CACHE_DIR = before
     kernels.append(kernel)
@@ -97,6 +105,25 @@ class Kernel(_Dispatcher):
         self._tuples[id(value)] = seen
         return seen[1]
 
+    def keep_if_possible(self) -> None:
+        """Let a kernel that cannot be kept, on a full disk, be used all the same."""
+        keep, load = self._cache.save_overload, self._cache.load_overload
+
+        def save_overload(signature: Any, data: Any) -> None:
+            try:
+                keep(signature, data)
+            except OSError as e:
+                _unkept(e)
+
+        def load_overload(signature: Any, context: Any) -> Any:
+            try:
+                return load(signature, context)
+            except (OSError, EOFError, ValueError, pickle.PickleError) as e:
+                _unkept(e)  # half of a file, or one that may not be read
+                return None
+
+        self._cache.save_overload, self._cache.load_overload = save_overload, load_overload
+
     def compile(self, signature: Any) -> Any:
         """numba's, with the numbers of the annotation."""
         return super().compile(self._settled(sigutils.normalize_signature(signature)[0]))
@@ -119,6 +146,20 @@ class Kernel(_Dispatcher):
             number if number and isinstance(kind, types.Number | types.Boolean) else kind
             for kind, number in zip(kinds, self._numbers, strict=False)
         )
+
+
+@cache
+def _say_once(words: str) -> None:
+    log.warning("%s", words)
+
+
+def _unkept(error: Exception) -> None:
+    """Say, once for each reason, that every start has to compile."""
+    why = getattr(error, "strerror", None) or "no folder can be written to"
+    _say_once(
+        f"compiled kernels cannot be kept ({why}), so every start takes a minute longer; make "
+        "room, or name a folder in XDG_CACHE_HOME"
+    )
 
 
 def _contiguous(kind: Any) -> bool:
@@ -162,7 +203,7 @@ def _folder(module: str) -> str:
         digest.update(_content(file))
     beside = APP / "__pycache__"
     if not os.access(beside if beside.is_dir() else APP, os.W_OK):
-        beside = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "flinch"
+        beside = cache_home() / "flinch"
     return str(beside / f"{module}-{digest.hexdigest()[:12]}")
 
 

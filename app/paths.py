@@ -1,6 +1,19 @@
 """Paths among other words, such as `PATH@SENSOR`: a path that exists is one, whatever its signs."""
 
+import os
 from pathlib import Path
+
+
+def cache_home() -> Path:
+    """The user's cache folder, which need not be there; somewhere below /nonexistent for a user
+    without a home."""
+    named = os.environ.get("XDG_CACHE_HOME")
+    if named:
+        return Path(named)
+    try:
+        return Path.home() / ".cache"
+    except RuntimeError:
+        return Path("/nonexistent/.cache")
 
 
 def cut_path(text: str, signs: str) -> tuple[str, str]:

@@ -1,6 +1,7 @@
 """What to build, by name: what a command line or a test asks for, checked as far as names go."""
 
 from dataclasses import dataclass
+from ipaddress import IPv6Address
 from pathlib import Path
 
 from app.errors import ConfigError
@@ -51,15 +52,29 @@ class Setup:
         _check_driver(self)
 
 
+def driver_host(driver: str) -> str:
+    """The host of a driver `ur:HOST`, without the brackets of an IPv6 address."""
+    return driver.removeprefix("ur:").removeprefix("[").removesuffix("]")
+
+
+def _is_ipv6(host: str) -> bool:
+    try:
+        IPv6Address(host.removeprefix("[").removesuffix("]"))
+    except ValueError:
+        return False
+    return True
+
+
 def _check_driver(setup: Setup) -> None:
     """ConfigError for an arm that there is no driver for, or that is asked for by halves."""
     kind, _, host = setup.driver.partition(":")
     if setup.driver == SIMULATED:
         if setup.armed:
             raise ConfigError("--arm belongs to a real arm; add --driver ur:HOST")
-    elif kind != "ur" or not host or ":" in host:
+    elif kind != "ur" or not host or (":" in host and not _is_ipv6(host)):
         raise ConfigError(
-            f"driver = {setup.driver!r}; give 'simulated' or 'ur:HOST' (a UR's ports are fixed)"
+            f"driver = {setup.driver!r}; give 'simulated' or 'ur:HOST' (a UR's ports are fixed; "
+            "an IPv6 address may stand in brackets)"
         )
     elif setup.choice.home_deg:
         raise ConfigError("a real arm begins where it stands; leave --home-deg or --driver out")

@@ -15,7 +15,6 @@ from app.actions import Action
 from app.config import Params
 from app.messages import (
     NO_NOTICE,
-    NOTHING_NEAR,
     Array,
     BackgroundView,
     BodyPose,
@@ -25,7 +24,6 @@ from app.messages import (
     Goal,
     Granted,
     JointState,
-    Nearness,
     Notice,
     Pairs,
     SensorFrame,
@@ -33,6 +31,7 @@ from app.messages import (
     Status,
     Timing,
 )
+from app.near import NOTHING_NEAR, Nearness
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -11,6 +11,7 @@ from app.cell.parts import Cell
 from app.choices import build_robot, choose_home, choose_skin, limited
 from app.config import Params
 from app.control.beginning import warnings
+from app.control.program_reach import reach_words
 from app.control.programs import Program, find_program, load_program, shipped_programs
 from app.control.registry import kind_of
 from app.errors import ConfigError
@@ -31,7 +32,7 @@ from app.runtime import Engine
 from app.sensing.mixed import MixedSkin
 from app.sensing.simulated_apart import SimulatedSkinApart
 from app.sensing.source import Source
-from app.setup import SIMULATED, Setup
+from app.setup import SIMULATED, Setup, driver_host
 from app.sources import SimulatedEyes, build_eye, build_source, encoder_noise, real_title
 from app.timing import Clock
 from app.world.cells import find_cell, is_scene, read_cell
@@ -85,7 +86,8 @@ def build_engine(
         if isinstance(source, MixedSkin | SimulatedSkinApart):
             source.wait()  # it has begun while the rest was made
         near = warnings(engine.robot, cell, arm.state(clock.now()).q)
-        engine.warnings = (*blind_words(robot, skin), *near)
+        lost = reach_words(own, engine.robot, cell) if setup.program else ()
+        engine.warnings = (*lost, *blind_words(robot, skin), *near)
         if learned_file is not None:
             engine.follow(Keeper(learned_file, engine.post))
         if setup.ghost:
@@ -202,4 +204,4 @@ def _arm(setup: Setup, robot: Robot, home: Array | None, noise: float) -> Arm:
         return SimulatedArm(robot, home, noise=noise, seed=setup.seed)
     from app.robot.ur.driver import UrArm
 
-    return UrArm(setup.driver.removeprefix("ur:"), robot, armed=setup.armed)
+    return UrArm(driver_host(setup.driver), robot, armed=setup.armed)

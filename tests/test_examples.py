@@ -78,3 +78,12 @@ def test_a_robot_of_lerobots_kind_sends_what_keeps_clear_and_returns_it():
     near[0] = 0.2
     sent, wanted = drive(15)
     assert abs(sent[key] - wanted) > 1e-3 and wrapped.reason
+
+
+def test_the_piece_in_the_manual_runs_as_it_stands(monkeypatch, capsys):
+    text = (FOLDER.parent / "manual/in-your-own-program.md").read_text("utf-8")
+    piece = text.partition("```python\n")[2].partition("```")[0]
+    monkeypatch.setattr(flinch.Guard, "warm_up", lambda self: None)  # it takes seconds
+    exec(compile(piece, "manual", "exec"), {})
+    qd, _, words = capsys.readouterr().out.partition("] ")
+    assert qd.startswith("[") and "limits of speed" in words  # it has just begun to move

@@ -7,18 +7,8 @@ import pytest
 
 from app.config import Params
 from app.control.nearness import ABLE, nearness
-from app.messages import (
-    NOT_NEAR,
-    NOTHING_NEAR,
-    Command,
-    Goal,
-    Mode,
-    Near,
-    Nearness,
-    Pairs,
-    Snapshot,
-    Status,
-)
+from app.messages import Command, Goal, Mode, Pairs, Snapshot, Status
+from app.near import NOT_NEAR, NOTHING_NEAR, Near, Nearness
 from app.robot.model import Robot
 from app.robot.posture import Posture
 from app.ui.colours import ALARM, CALM, NEAR, WARN
@@ -139,7 +129,7 @@ def test_a_goal_that_is_only_turned_away_is_not_told_in_centimetres(engine: Fake
 
 def test_both_distances_are_words(robot: Robot, links: list[str]) -> None:
     assert yielding_words(near_at(0.27), links, 0.25) == "Forearm, 27 cm (keeps 25): can give way"
-    assert yielding_words(near_at(0.20), links, 0.25).endswith("can give way, closer than kept")
+    assert yielding_words(near_at(0.20), links, 0.25) == "Forearm, 20 cm: closer than kept (25)"
     assert yielding_words(near_at(0.245), links, 0.25).endswith("can give way")
     assert yielding_words(near_at(0.20), links, None) == "Forearm, 20 cm: can give way"
     assert yielding_words(NOT_NEAR, links, 0.25).startswith("Nothing in sight")

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from app.config import Params
-from app.messages import NOT_NEAR, NOTHING_NEAR, Command, Mode, Nearness, Status, Timing
+from app.messages import Command, Mode, Status, Timing
+from app.near import NOT_NEAR, NOTHING_NEAR, Nearness
 from app.ui.curves import BLOCKED, FREE, LENGTH, PUSHED, SLOWED, STOPPED, Said, said
 from app.ui.panels.plot_panel import CEILING, JUMP, PICTURE, STRIP, short, strip_html
 from tests.ui_page import (  # noqa: F401 - fixtures

@@ -120,11 +120,13 @@ def _listens(process: "subprocess.Popen[bytes]", port: int) -> None:
     raise AssertionError("nginx does not listen")
 
 
-def open_socket(proxy: Proxy, origin: str, headers: dict[str, str] | None = None) -> connect:
+def open_socket(
+    proxy: Proxy, origin: str, headers: dict[str, str] | None = None, path: str = "/"
+) -> connect:
     """A web socket through the proxy; the name is not looked up, the certificate is."""
     version: Any = f"viser-v{viser.__version__}"
     return connect(
-        f"wss://cell.example:{proxy.tls}/",
+        f"wss://cell.example:{proxy.tls}{path}",
         sock=socket.create_connection(("127.0.0.1", proxy.tls), timeout=5.0),
         ssl=proxy.trust,
         server_hostname="cell.example",
@@ -136,12 +138,14 @@ def open_socket(proxy: Proxy, origin: str, headers: dict[str, str] | None = None
     )
 
 
-def get(proxy: Proxy, headers: dict[str, str]) -> Any:
+def get(proxy: Proxy, headers: dict[str, str], path: str = "/") -> Any:
     """Fetch the page's first file through TLS, as the browser does."""
     raw = socket.create_connection(("127.0.0.1", proxy.tls), timeout=5.0)
     with proxy.trust.wrap_socket(raw, server_hostname="cell.example") as s:
         lines = [f"{k}: {v}" for k, v in {"Host": "cell.example", **headers}.items()]
-        s.sendall("\r\n".join(["GET / HTTP/1.1", *lines, "Connection: close", "", ""]).encode())
+        s.sendall(
+            "\r\n".join([f"GET {path} HTTP/1.1", *lines, "Connection: close", "", ""]).encode()
+        )
         answer = b""
         while data := s.recv(65536):
             answer += data
@@ -176,6 +180,26 @@ def test_the_web_socket_works_through_the_proxy(proxy: Proxy) -> None:
             assert len(await page.recv()) > 100  # the scene
 
     play(scene())
+
+
+def test_the_page_and_its_socket_work_below_a_path(proxy: Proxy) -> None:
+    assert "Location: https://cell.example" in get(proxy, {}, "/arm")[0]
+    head, body = get(proxy, {}, "/arm/")
+    assert head.startswith("HTTP/1.1 200") and b"<script" in body
+
+    async def scene() -> None:
+        async with open_socket(proxy, ORIGIN, path="/arm") as page:  # as viser's page asks for it
+            assert len(await page.recv()) > 100
+
+    play(scene())
+    with pytest.raises(InvalidStatus) as e:
+        play(_foreign(proxy))
+    assert e.value.response.status_code == 403
+
+
+async def _foreign(proxy: Proxy) -> None:
+    async with open_socket(proxy, "https://evil.example", path="/arm"):
+        pass
 
 
 def test_nobody_can_pretend_to_come_from_another_address(proxy: Proxy, page: Page) -> None:

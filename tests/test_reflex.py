@@ -7,11 +7,13 @@ import pytest
 
 import flinch
 from app.actions import AddObstacle, Jog, Want
+from app.bench.guard import bench_guard
 from app.messages import JointState, Mode
 from app.reflex import Guard, JointSpeeds, Pose, Twist
 from app.robot.arm import SimulatedArm
 from app.sensing.error_model import ErrorModel
 from app.sensing.simulated import SimulatedSkin
+from app.setup import Setup
 from app.studies.random_scene import random_goal, random_world
 from app.studies.trial import TrialSpec
 from app.studies.world_trial import (
@@ -250,3 +252,9 @@ def test_a_policy_touches_no_more_than_the_controllers_own_way_does():
 def test_in_many_worlds_a_policy_touches_no_more_than_the_controllers_own_way_does():
     policy, own = touched(range(40), 10.0)
     assert policy <= own
+
+
+def test_the_benchmark_measures_whole_steps():
+    report = bench_guard(Setup(scene="empty", rate=50.0), 0.4)
+    assert [row["name"] for row in report.rows] == ["step", "step, processor's time"]
+    assert report.checks[0].name == "step with 30 sensors, median"

@@ -53,7 +53,9 @@ def test_an_escape_is_short_near_rare_and_ends_after_each_side_was_tried():
 
 
 def test_an_arm_that_nothing_holds_or_that_gets_on_is_not_blocked():
-    assert set(goals_of_a_blocked_arm(escape=True, held=-1)[1]) == {""}
+    places, words = goals_of_a_blocked_arm(escape=True, held=-1)
+    assert (places == [0.3, 0.0, 0.5]).all()
+    assert set(words) == {"", "no progress: 0.30 m before the goal, the goal is out of reach"}
     stuck = Stuck()
     for t in np.arange(0.0, 20.0, 0.05):
         tool = pose(-0.5 + 0.02 * t)

@@ -67,11 +67,11 @@ def test_learned_cubes_and_their_preview_are_drawn_and_go_again(
 def test_the_switch_hides_the_cell_but_no_preview(page: Page, engine: FakeEngine) -> None:
     root = page.server.scene.get_handle_by_name("/cell")
     assert root is not None and root.visible
-    run(page, page.switches.boxes["Cell"], False)
+    run(page, page.legend.boxes["Cell"], False)
     show(page, engine, snapshot(engine, background=BackgroundView(NONE, CUBES, 0.0)))
     assert not root.visible
     assert page.cell.preview.handle is not None and page.cell.preview.handle.visible
-    run(page, page.switches.boxes["Cell"], True)
+    run(page, page.legend.boxes["Cell"], True)
     assert root.visible
 
 

@@ -10,7 +10,8 @@ import viser
 
 from app.actions import SetGoal
 from app.colours import activation_colour
-from app.messages import Nearness, SensorHealth, Verdict
+from app.messages import SensorHealth, Verdict
+from app.near import Nearness
 from app.timing import ManualClock
 from app.ui.colours import ALARM, CALM, HEALTH, NEAR, POINT
 from app.ui.pacing import HANDS_OFF

@@ -280,6 +280,28 @@ def test_a_robot_that_is_not_in_remote_control_refuses_before_anything_moves(rob
         assert "not in remote control" in refused(ur, robot)
 
 
+def test_an_older_controller_without_a_remote_switch_is_moved_all_the_same(robot):
+    with VirtualUr("cb3") as ur:
+        arm = UrArm(ur.host, robot, armed=True)
+        try:
+            assert arm._stream.major == 3
+            driven_until(arm, lambda r: r.ready, 1.0)
+        finally:
+            arm.close()
+
+
+def test_a_polyscope_x_controller_is_watched_and_refused_for_motion_by_its_name(robot):
+    with VirtualUr("polyscopex") as ur:
+        assert "is a PolyScope X controller" in refused(ur, robot)
+        arm = UrArm(ur.host, robot)
+        try:
+            arm.state(CLOCK.now())
+            report = arm.report(CLOCK.now())
+            assert "monitoring only" in report.advice and not report.fault
+        finally:
+            arm.close()
+
+
 def test_a_controller_that_answers_its_version_and_then_nothing_is_refused_in_time(
     robot, monkeypatch
 ):

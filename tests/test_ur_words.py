@@ -10,10 +10,24 @@ from app.cli.confirm import confirm
 from app.errors import ConfigError
 from app.robot.ur.clock import ControllerClock
 from app.robot.ur.safety import Report, trouble
+from app.setup import Setup, driver_host
 
 
 def report(robot=7, safety=1, bits=3):
     return Report(robot, safety, bits, 2)
+
+
+@pytest.mark.parametrize("host", ["[::1]", "::1", "[fe80::1%eth0]", "192.0.2.7", "robot.local"])
+def test_a_host_may_be_a_name_or_an_address_of_either_kind(host):
+    driver = f"ur:{host}"
+    assert Setup(driver=driver).driver == driver
+    assert driver_host(driver) == host.strip("[]")
+
+
+@pytest.mark.parametrize("host", ["", "192.0.2.7:30004", "[::1]:30004", "a:b"])
+def test_a_host_with_a_port_is_refused(host):
+    with pytest.raises(ConfigError, match="ports are fixed"):
+        Setup(driver=f"ur:{host}")
 
 
 def test_an_arm_that_can_move_is_in_no_trouble():

@@ -27,8 +27,6 @@ from app.messages import (
     Goal,
     JointState,
     Mode,
-    Near,
-    Nearness,
     Pairs,
     SensorHealth,
     Snapshot,
@@ -36,6 +34,7 @@ from app.messages import (
     Timing,
     Verdict,
 )
+from app.near import Near, Nearness
 from app.robot.model import Robot, find_robot, load_robot
 from app.robot.sensor_type import load_sensor_type
 from app.robot.skin import Sensor, Skin, build_skin
@@ -115,7 +114,7 @@ def the_clock(built: tuple[Page, ManualClock]) -> ManualClock:
     return built[1]
 
 
-_stamps = iter(range(1, 10_000))
+_stamps = iter(range(1, 1_000_000))
 
 
 def snapshot(engine: FakeEngine, **changes: Any) -> Snapshot:

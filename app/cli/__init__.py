@@ -5,7 +5,10 @@ and the page.
 """
 
 import logging
+import os
+import signal
 import sys
+import threading
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -20,12 +23,14 @@ from app.cli.doctor import Doctor
 from app.cli.experiments import Experiment
 from app.cli.export import Export
 from app.cli.gallery import Gallery
+from app.cli.interrupt import NUMBERS
 from app.cli.kernels import Kernels
 from app.cli.new_robot import NewRobot
 from app.cli.place import PlaceCommand
 from app.cli.record_skin import RecordSkin
 from app.cli.replay import Replay
 from app.cli.run import Run
+from app.cli.scarce import scarce
 from app.cli.settings import Settings
 from app.cli.skin import SkinCommand
 from app.cli.ur import Ur
@@ -62,6 +67,7 @@ def main(args: Sequence[str] | None = None) -> int:
     commands = tyro.extras.SubcommandApp()
     for name, command in COMMANDS.items():
         commands.command(name=name)(command)
+    handlers = {number: signal.getsignal(number) for number in NUMBERS}
     given = list(sys.argv[1:] if args is None else args)
     try:
         _refuse_old_names(given)
@@ -70,6 +76,19 @@ def main(args: Sequence[str] | None = None) -> int:
     except FlinchError as error:
         print(f"flinch: {error}", file=sys.stderr)
         return 1
+    except BrokenPipeError:  # who reads what is printed has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (OSError, MemoryError, ImportError, RuntimeError) as error:
+        words = scarce(error)
+        if not words:
+            raise
+        print(f"flinch: {words}", file=sys.stderr)
+        return 1
+    finally:
+        if threading.current_thread() is threading.main_thread():
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
 
 
 def _refuse_old_names(args: Sequence[str]) -> None:

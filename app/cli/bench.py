@@ -15,10 +15,11 @@ class Bench(WhichRobot):
     """Measure: `tick` each room of a tick and its lateness, `perception`, or its `peers`;
     `control` the step from pairs to velocity, beside other software where it is installed;
     `serial` a whole skin over a virtual port: losses, latency, the reader's load; `deadlines`
-    missed by sensors and rate with a page being looked at (the rate is then its own)."""
+    missed by sensors and rate with a page being looked at (the rate is then its own); `guard`
+    the steps of `flinch.Guard`, on what an arm in the scene has met."""
 
     what: tyro.conf.Positional[
-        Literal["tick", "perception", "peers", "control", "serial", "deadlines"]
+        Literal["tick", "perception", "peers", "control", "serial", "deadlines", "guard"]
     ]
     scene: str = "cell"
     """A scene's name, or the path of its TOML file."""
@@ -45,6 +46,11 @@ class Bench(WhichRobot):
 
             setup = self.setup(scene=self.scene, rate=self.rate, seed=self.seed)
             report = bench_tick(setup, self.seconds)
+        elif self.what == "guard":
+            from app.bench.guard import bench_guard
+
+            setup = self.setup(scene=self.scene, rate=self.rate, seed=self.seed)
+            report = bench_guard(setup, self.seconds)
         elif self.what == "serial":
             from app.bench.serial import bench_serial
 

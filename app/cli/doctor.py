@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import tyro
 
+from app.cli.interrupt import end_at_once
 from app.cli.which import WhichRobot
 
 
@@ -22,6 +23,7 @@ class Doctor(WhichRobot):
         from app.checks.doctor import examine, to_table
         from app.choices import build_robot, choose_skin
 
+        end_at_once()
         setup = replace(self, robot=self.name or self.robot).setup()
         robot = build_robot(setup)
         skin = choose_skin(setup, robot) if robot.layout else None

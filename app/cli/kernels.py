@@ -3,6 +3,7 @@
 import sys
 from dataclasses import dataclass
 
+from app.cli.interrupt import end_at_once
 from app.cli.which import WhichRobot
 
 
@@ -28,6 +29,7 @@ class Kernels(WhichRobot):
         from app.timing import ManualClock
         from app.wiring import build_engine
 
+        end_at_once()
         with told(print_progress):
             engine = build_engine(self.setup(), ManualClock())
             for _ in range(50):  # the simulated sensors' own kernels

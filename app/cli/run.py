@@ -14,6 +14,7 @@ import tyro
 
 from app.cli.confirm import confirm
 from app.cli.desktop import has_desktop
+from app.cli.interrupt import end_at_once, end_in_order
 from app.cli.kernels import print_progress
 from app.cli.seed import Seed
 from app.cli.which import WhichRobot
@@ -52,8 +53,8 @@ def no_flags() -> Any:
 class Run(WhichRobot):
     """Run the arm: with its page in a browser, or headless for a number of seconds."""
 
-    scene: str = "cell"
-    """A scene's name, or the path of its TOML file."""
+    scene: str = "first"
+    """A scene's name, or the path of its TOML file; 'cell' has a person who works there."""
     person: str = ""
     """Who is there instead of the scene's people: 'none', or 'bvh:FILE[@X,Y[,HEADING]]', a motion
     file played again and again from a place on [m, degrees]; default: where the scene's first
@@ -104,8 +105,9 @@ class Run(WhichRobot):
     """Address that the page listens on; beyond this machine it takes an operator token."""
     token_file: Path | None = None
     """A file with the operator token; the variable FLINCH_TOKEN can hold it instead."""
-    origin: tuple[str, ...] = ()
-    """Public addresses of the page, as of a proxy in front: https://cell.example."""
+    origin: tyro.conf.UseAppendAction[tuple[str, ...]] = ()
+    """A public address of the page, as of a proxy in front: https://cell.example; may be given
+    several times."""
     foxglove: tuple[int, ...] | None = None
     """Show the run to Foxglove or Lichtblick as well, at ws://localhost:PORT (8765 without one):
     read only, from this machine only."""
@@ -143,6 +145,7 @@ class Run(WhichRobot):
     def __call__(self) -> None:
         from app.setup import SIMULATED
 
+        end_at_once()
         params = load_params(self.config) if self.config else Params()
         given = {f.name: getattr(self.settings, f.name) for f in fields(self.settings)}
         params = replace(params, **{k: v for k, v in given.items() if v is not None})
@@ -182,6 +185,7 @@ class Run(WhichRobot):
         recorders: list[Recorder] = []
 
         def ready(engine: "Engine") -> None:
+            end_in_order()
             if self.record is not None:
                 in_real_time = isinstance(clock_for(setup), WallClock)
                 recorders.append(start_recording(engine, setup, self.record, in_real_time))
@@ -238,8 +242,6 @@ def _serve(
     from app.wiring import build_engine
 
     quit_asked = threading.Event()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda *_: quit_asked.set())
     host, port, token, origins = entrance
     with ExitStack() as ends:  # in the other order: what shows the engine goes before it
         recorders: list[Recorder] = []
@@ -247,6 +249,7 @@ def _serve(
         setup = replace(setup, apart=True)
         engine = build_engine(setup, WallClock(), params)
         ends.callback(engine.close)
+        end_in_order()
         if files.record is not None:
             recorders.append(start_recording(engine, setup, files.record))
         ring = Ring(engine, setup)
@@ -257,8 +260,8 @@ def _serve(
         live = LiveViews(engine, window.port, window.origins) if window else None
         if live:
             ends.callback(live.stop)
-        if quit_asked.is_set():
-            return  # asked before anything could move
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, lambda *_: quit_asked.set())
         engine.progress = print_progress
         engine.start()
         page.start()

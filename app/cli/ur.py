@@ -19,7 +19,8 @@ class Ur:
     """Address to serve on; several live side by side on 127.0.0.2, 127.0.0.3, ..."""
     faults: tuple[str, ...] = ()
     """drop@T[:S], mute@T[:S], stall@T[:S], corrupt@T[:S], silent@T[:S], protective@T,
-    emergency@T, slider@T:F, reduced@T (seconds after the first motion), local, off, silent."""
+    emergency@T, slider@T:F, reduced@T (seconds after the first motion), local, off, silent,
+    cb3 (an older controller), polyscopex (a newer one)."""
     home_deg: tuple[float, ...] = ()
     """Posture to begin in [degrees], six values; default: the UR10e's home."""
     seconds: float = 0.0

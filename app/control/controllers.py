@@ -2,13 +2,15 @@
 
 from dataclasses import replace
 
+import numpy as np
+
 from app.cell.learned import Learned
 from app.cell.parts import Cell
 from app.config import Params
 from app.control.clearance import Clearance
 from app.control.controller import Controller, Situation
 from app.control.keep_out import KeepOut
-from app.control.limits import braked
+from app.control.limits import MARGIN, braked
 from app.control.registry import kinds
 from app.control.stuck import Stuck
 from app.control.unseen import NOTHING_UNSEEN, Unseen, UnseenLimit
@@ -16,6 +18,7 @@ from app.messages import Array, Command, JointState, freeze
 from app.needs import Needs
 from app.robot.model import Robot
 
+END = 1.5 * MARGIN  # [rad or m] before the end of its range a joint is held
 AT_THE_CELL = "held off the known cell"
 
 
@@ -61,7 +64,7 @@ class Controllers:
             qd = self._keep_out.allowed(command.qd, now)
             if qd is not command.qd:
                 command = replace(command, qd=freeze(qd), reason=command.reason or AT_THE_CELL)
-        self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp)
+        self._stuck.see(tool, now.pairs, command, now.params.way_round, stamp, self._ends(now))
         if self._stuck.words and not command.reason:
             command = replace(command, reason=self._stuck.words)
         command = self._unseen.slowed(command, now, unseen)
@@ -80,6 +83,12 @@ class Controllers:
             self._by_mode[self._in_force].reset()
         self._stuck.reset()
         return Command(qd=self._geared(braked(self._robot, joints.q, dt, applied)))
+
+    def _ends(self, now: Situation) -> list[str]:
+        """The joints that are at the ends of their ranges."""
+        robot, q = self._robot, now.joints.q
+        near = np.minimum(q - robot.q_min, robot.q_max - q) < END
+        return [robot.joints[j] for j in np.flatnonzero(near)]
 
     def _geared(self, qd: Array) -> Array:
         """The velocities with those of the joints that follow another."""

@@ -12,7 +12,8 @@ from app.compiled import compiled
 from app.control.bounds.pairs import HARDLY
 from app.control.bounds.rows import Motion, add_rate, motion
 from app.control.goals import goal_error
-from app.messages import NOT_NEAR, Array, Goal, Near, Nearness, Pairs
+from app.messages import Array, Goal, Pairs
+from app.near import NOT_NEAR, Near, Nearness
 from app.robot.posture import Posture
 
 ABLE = 1.5 * HARDLY  # [m/s] reachable speed: the middle of where the bound of a pair fades in

@@ -8,6 +8,7 @@ side once. After that it stays blocked and says so. The bounds hold all the whil
 """
 
 from collections import deque
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -22,6 +23,7 @@ WAIT = 3.0  # [s] blocked before the first try
 DETOUR, PAUSE = 4.0, 10.0  # [s]
 ASIDE = (0.15, 0.30)  # [m]
 ARRIVED = 0.03  # [m]
+RESTS = 0.02  # [rad/s or m/s] an arm that does not move any more
 
 
 class Stuck:
@@ -33,6 +35,7 @@ class Stuck:
     def reset(self) -> None:
         """Forget the past; a new goal begins anew."""
         self._past: deque[tuple[float, float, float, bool]] = deque()
+        self._short = ""  # why the tool comes no nearer though nothing holds it
         self._held = 0  # of them, in which something held the arm
         self._real: Goal | None = None
         self._since: float | None = None  # blocked since
@@ -45,11 +48,9 @@ class Stuck:
         """What to tell a person; empty while nothing is the matter."""
         if self._aside is not None:
             return f"blocked: tries a way round, {self._tries} of {2 * 4}"
-        return (
-            "blocked: something stands between the tool and its goal"
-            if self._since is not None
-            else ""
-        )
+        if self._since is not None:
+            return "blocked: something stands between the tool and its goal"
+        return self._short
 
     def blocked(self, now: float) -> float:
         """[s] for how long it has been blocked; 0 while it is not."""
@@ -72,9 +73,13 @@ class Stuck:
         return goal if self._aside is None else self._aside
 
     def see(
-        self, T_base_tool: Array, pairs: Pairs, command: Command, escape: bool, now: float
-    ) -> None:
-        """Take note of a tick; may begin an escape."""
+        self, T_base_tool: Array, pairs: Pairs, command: Command, escape: bool, now: float,
+        ends: Sequence[str] = (),
+    ) -> None:  # fmt: skip
+        """Take note of a tick; may begin an escape.
+
+        ends: names of joints that are at the end of their ranges.
+        """
         if self._real is None or self._aside is not None:
             return
         error, turn = goal_error(T_base_tool, self._real.T_base_tool)
@@ -83,6 +88,7 @@ class Stuck:
         self._held += held
         while now - self._past[0][0] > WINDOW:
             self._held -= self._past.popleft()[3]
+        self._short = self._why_short(error, turn, command, ends)
         if not self._blocked(error, turn):
             self._since = None
             if error <= FAR and turn <= FAR_TURN:
@@ -101,6 +107,17 @@ class Stuck:
             return False
         held = self._held >= HELD * len(self._past)
         return held and e0 - error < GAIN and a0 - turn < GAIN_TURN
+
+    def _why_short(self, error: float, turn: float, command: Command, ends: Sequence[str]) -> str:
+        """In a window the tool has come no nearer, and nothing held it: it cannot."""
+        (t0, e0, a0, _), t1 = self._past[0], self._past[-1][0]
+        if t1 - t0 < 0.95 * WINDOW or (error <= FAR and turn <= FAR_TURN) or self._held:
+            return ""
+        if e0 - error >= GAIN or a0 - turn >= GAIN_TURN or np.abs(command.qd).max() > RESTS:
+            return ""
+        lacks = f"{error:.2f} m" if error > FAR else f"{np.degrees(turn):.0f} deg"
+        at = f"{', '.join(ends)} at the end of its range" if ends else "the goal is out of reach"
+        return f"no progress: {lacks} before the goal, {at}"
 
     def _place(self, T_base_tool: Array, normal: Array) -> Goal:
         """A place across the blocked direction, another one in each try."""

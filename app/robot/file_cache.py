@@ -6,6 +6,7 @@ agree with its sums was damaged or left half done, and is made anew. Nothing in 
 
 import atexit
 import hashlib
+import logging
 import os
 import shutil
 import tempfile
@@ -14,6 +15,9 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 
+from app.paths import cache_home
+
+log = logging.getLogger(__name__)
 SUMS = "SHA256SUMS"
 MOST = 100  # sets of one kind; the least used one goes first
 
@@ -25,17 +29,30 @@ def cached_folder(kind: str, key: str, make: Callable[[Path], None]) -> Path:
     Where the cache cannot be written to, a folder that lasts as long as the process serves.
     """
     shelf = _shelf(kind)
+    try:
+        return _made(shelf, key, make)
+    except OSError as e:
+        log.warning("%s cannot be kept in %s (%s); make room there", kind, shelf, e.strerror)
+    return _made(_passing() / kind, key, make)
+
+
+def _made(shelf: Path, key: str, make: Callable[[Path], None]) -> Path:
+    """The folder of a key on a shelf; an OSError where it cannot be written."""
+    shelf.mkdir(parents=True, exist_ok=True)
     folder = shelf / key
     if not is_whole(folder):
         fresh = Path(tempfile.mkdtemp(prefix=f".{key}-", dir=shelf))
-        make(fresh)
-        (fresh / SUMS).write_text(_sums(fresh))
-        shutil.rmtree(folder, ignore_errors=True)
-        with suppress(OSError):  # another process was faster: its files are the same
-            fresh.rename(folder)
-        shutil.rmtree(fresh, ignore_errors=True)
-    os.utime(folder)
-    _forget(shelf)
+        try:
+            make(fresh)
+            (fresh / SUMS).write_text(_sums(fresh))
+            shutil.rmtree(folder, ignore_errors=True)
+            with suppress(OSError):  # another process was faster: its files are the same
+                fresh.rename(folder)
+        finally:
+            shutil.rmtree(fresh, ignore_errors=True)
+    with suppress(OSError):  # it may be read, and not be written to
+        os.utime(folder)
+        _forget(shelf)
     return folder
 
 
@@ -59,17 +76,14 @@ def _forget(shelf: Path) -> None:
 
 
 def _shelf(kind: str) -> Path:
-    cache_home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
-    shelf = cache_home / "flinch" / kind
+    shelf = cache_home() / "flinch" / kind
     try:
         shelf.mkdir(parents=True, exist_ok=True)
         if os.access(shelf, os.W_OK):
             return shelf
     except OSError:
         pass  # no home, or one that is read only
-    shelf = _passing() / kind
-    shelf.mkdir(exist_ok=True)
-    return shelf
+    return _passing() / kind
 
 
 @cache

@@ -15,6 +15,7 @@ from app.messages import SensorHealth
 DANGER: RGB = (201, 42, 42)
 GO: RGB = (35, 120, 70)
 WAIT: RGB = (52, 92, 160)
+QUIET: RGB = (92, 100, 110)
 
 NEAR: RGB = (70, 80, 190)  # the avoidance acts, and what is promised is kept
 FIXED: RGB = (120, 125, 132)  # what cannot give way
@@ -33,5 +34,10 @@ HEALTH: dict[SensorHealth, RGB] = {
 }
 
 CHOSEN: RGB = (32, 100, 170)  # what a person has clicked: the page's own blue
+# of the legend, where the thing has no one colour of its own
+ARM: RGB = (196, 202, 210)
+BODY: RGB = (122, 99, 184)
+GOAL: RGB = (240, 200, 40)
+
 PREVIEW: RGB = (240, 160, 40)  # cubes that a person has not kept yet
 RAW: RGB = (70, 75, 82)

@@ -13,7 +13,7 @@ from app.assets import asset_folder
 from app.errors import ServerError
 
 BEFORE = b"</head>"
-SCRIPTS = ("watch.js",)
+SCRIPTS = ("watch.js", "tour.js")
 STYLE = "page.css"
 MARK = "flinch-page"  # an attribute that tells that it is in place
 

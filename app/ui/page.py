@@ -16,6 +16,7 @@ from app.ui.panels.blind_panel import show_blind
 from app.ui.panels.control_panel import ControlPanel
 from app.ui.panels.health_panel import HealthPanel
 from app.ui.panels.help_panel import show_help
+from app.ui.panels.legend import Legend
 from app.ui.panels.move_panel import MovePanel
 from app.ui.panels.obstacles_panel import SHAPES, ObstaclesPanel, Shapes
 from app.ui.panels.params_panel import ParamsPanel
@@ -46,6 +47,11 @@ from app.ui.server import close_page, open_page, page_url
 from app.ui.shelf import Shelf
 from app.ui.traffic import Traffic
 from app.ui.undo import Undo
+
+TOUR = (  # heard by static_assets/page/tour.js
+    '<button data-flinch-tour title="five short steps" style="margin:0 0.8em 0.7em;padding:'
+    '0.3em 0.9em;cursor:pointer;font:inherit">Show the tour</button>'
+)
 
 
 class Page:
@@ -113,7 +119,30 @@ class Page:
     def _build(self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None) -> None:
         server, gui = self.server, self.server.gui
         traffic = Traffic(server)
-        self.stage = Stage(server, engine.cell)
+        self._build_scene(engine, clock)
+        gui.main_panel.dock_right()
+        gui.main_panel.set_width(400)
+        self.arm = ArmPanel(server, engine, clock, self.reading)
+        self.control = ControlPanel(server, engine, clock)
+        self.blind = show_blind(server, engine)
+        self._build_tabs(engine, clock, shapes, desk, traffic)
+        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
+        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
+
+        views: tuple[View, ...] = (
+            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
+            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
+            self.move, self.params, self.plot, self.health, self.memory, self.roles,
+            self.skin, self.separation, self.cones, self.clicked, self.coverage, self.people,
+            self.hand,
+        )  # fmt: skip
+        if self.record is not None:
+            views = (*views, self.record)
+        self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
+
+    def _build_scene(self, engine: Engine, clock: Clock) -> None:
+        server = self.server
+        self.stage = Stage(server, engine)
         self.cell = CellView(server, engine.cell)
         self.robot = RobotView(server, engine)
         self.cones = BlindView(server, engine)
@@ -130,11 +159,10 @@ class Page:
         self.world = WorldView(server, self.undo, lambda name: self.obstacles.select(name))
         self.hand = HandView(server, engine, self.world)
 
-        gui.main_panel.dock_right()
-        gui.main_panel.set_width(400)
-        self.arm = ArmPanel(server, engine, clock, self.reading)
-        self.control = ControlPanel(server, engine, clock)
-        self.blind = show_blind(server, engine)
+    def _build_tabs(
+        self, engine: Engine, clock: Clock, shapes: Shapes, desk: Desk | None, traffic: Traffic
+    ) -> None:
+        server, gui = self.server, self.server.gui
         tabs = gui.add_tab_group()
         with tabs.add_tab("Move"):
             self.move = MovePanel(server, self.undo, clock)
@@ -144,37 +172,27 @@ class Page:
             scene = desk.scene if desk is not None else ""
             self.people = WorldPanel(server, engine, self.undo, scenes, scene)
             self.background = BackgroundPanel(server, engine)
-        with tabs.add_tab("View"):
-            self.coverage = CoverageView(server, engine)
-            self.switches = ViewPanel(server, self._switches())
-        with tabs.add_tab("Settings"):
-            shelf = Shelf(desk.folder, "settings") if desk is not None else None
-            self.params = ParamsPanel(server, engine, clock, shelf)
         with tabs.add_tab("Skin"):
             self.skin = SkinPanel(server, engine, self.chosen)
             with gui.add_folder("How well it runs", expand_by_default=False):
                 self.health = HealthPanel(server, engine, traffic)
-        listen_to_clicks(server, engine, self.chosen, self.cloud, self.coverage)
         with tabs.add_tab("Plots"):
             self.plot = PlotPanel(server, engine)
+        with tabs.add_tab("Settings"):
+            shelf = Shelf(desk.folder, "settings") if desk is not None else None
+            self.params = ParamsPanel(server, engine, clock, shelf)
         self.record: RecordPanel | None = None
         if desk is not None:
             with tabs.add_tab("Record"):
                 self.record = RecordPanel(server, desk)
+        with tabs.add_tab("View"):
+            self.coverage = CoverageView(server, engine)
+            switches = self._switches()
+            self.switches = ViewPanel(server, [s for s in switches if s.sign is None])
         with tabs.add_tab("Help"):
+            gui.add_html(TOUR)
             show_help(server, asset_folder("static_assets") / "manual")
-        self.roles = Roles(server, self.gate, self.arm.everybody, self._let_go)
-
-        views: tuple[View, ...] = (
-            self.reading, self.stage, self.cell, self.robot, self.ghost, self.cloud, self.pair,
-            self.goal, self.world, self.arm, self.control, self.obstacles, self.background,
-            self.move, self.params, self.plot, self.health, self.memory, self.roles,
-            self.skin, self.separation, self.cones, self.clicked, self.coverage, self.people,
-            self.hand,
-        )  # fmt: skip
-        if self.record is not None:
-            views = (*views, self.record)
-        self.pump = Pump(server, engine, views, clock, traffic, self.arm.silent)
+        self.legend = Legend(server, switches)
 
     def _let_go(self, page: int) -> None:
         """The page has lost the lease, maybe with the mouse on a handle."""

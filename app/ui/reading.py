@@ -8,7 +8,8 @@ from collections import deque
 
 import numpy as np
 
-from app.messages import NOT_NEAR, Near, Snapshot
+from app.messages import Snapshot
+from app.near import NOT_NEAR, Near
 from app.robot.model import Robot
 from app.ui.colours import ALARM, CALM, NEAR, RGB, WARN
 from app.ui.pacing import Every

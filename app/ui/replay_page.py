@@ -156,7 +156,7 @@ class ReplayPage:
     def _scene(self, player: Player) -> tuple[Switched, ...]:
         """The views of the scene that have switches, in the order of those."""
         server = self.server
-        self.stage = Stage(server, player.cell)
+        self.stage = Stage(server, player)
         self.robot = RobotView(server, player)
         self.world = WorldView(server, player)
         self.separation = SeparationView(server)

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from app.control.registry import kind_of
-from app.messages import Mode, Near, Nearness, Snapshot
+from app.messages import Mode, Snapshot
+from app.near import Near, Nearness
 from app.robot.model import Robot
 
 WORD = {
@@ -62,9 +63,10 @@ def yielding_words(near: Near, links: Sequence[str], kept: float | None) -> str:
     """The closest point that can give way; `kept`: see `distance_kept`."""
     if not near.seen:
         return "Nothing in sight that it could give way to"
-    keeps = "" if kept is None else f" (keeps {100.0 * kept:.0f})"
-    words = f"{links[near.link].capitalize()}, {centimetres(near.distance)}{keeps}: can give way"
-    return f"{words}, closer than kept" if too_near(near, kept) else words
+    words = f"{links[near.link].capitalize()}, {centimetres(near.distance)}"
+    if too_near(near, kept):
+        return f"{words}: closer than kept ({100.0 * (kept or 0.0):.0f})"
+    return f"{words}{'' if kept is None else f' (keeps {100.0 * kept:.0f})'}: can give way"
 
 
 def fixed_words(near: Near, links: Sequence[str], reasons: Sequence[str]) -> str:

@@ -2,15 +2,27 @@
 // Says that what the page shows is old when nothing has come for a while, whatever the reason: a
 // server that hangs, a network that is silent, a process that has ended. Nobody else could say so.
 (() => {
-  const OLD = 2000; // [ms] without a beat; they come every half second
+  const OLD = 2000; // [ms] of silence; there is a beat every half second
   const LOOK = 200; // [ms] between two looks
   const STOPS = ["KeyS", "Space"];
   const root = document.documentElement;
-  let beat = null; // none has come yet
-  let heard = 0; // [ms]
+  let begun = false; // the arm's program has begun to speak
+  let heard = performance.now(); // [ms]
   let notice = null;
 
-  function say(seconds) {
+  // What comes is read by a worker of viser's and drawn later, on a slow computer much later; it
+  // is news as soon as the worker has it.
+  const Real = window.Worker;
+  window.Worker = class extends Real {
+    constructor(...how) {
+      super(...how);
+      this.addEventListener("message", (event) => {
+        if (event.data?.type === "message_batch") heard = performance.now();
+      });
+    }
+  };
+
+  function say(long) {
     if (!notice) {
       notice = document.body.appendChild(document.createElement("div"));
       notice.className = "flinch-old-notice";
@@ -18,21 +30,18 @@
       notice.append(document.createElement("b"), document.createElement("span"));
       notice.firstChild.textContent = "What you see is old";
     }
-    notice.lastChild.textContent = `Nothing has come from Flinch for ${seconds} s. Stop may not `
-      + "arrive: where it matters, use the arm's emergency stop.";
+    notice.lastChild.textContent = `Nothing has come from the arm ${long}. Stop may not arrive: `
+      + "where it matters, use the emergency stop.";
   }
 
   function look() {
-    const now = performance.now();
-    const told = document.querySelector("[data-beat]")?.dataset.beat;
-    if (told === "0") beat = null; // the arm's program is still starting
-    else if (told && told !== beat) {
-      beat = told;
-      heard = now;
-    }
-    const old = beat !== null && now - heard > OLD;
+    const beat = document.querySelector("[data-beat]")?.dataset.beat;
+    if (beat !== undefined) begun = beat !== "0";
+    const silence = performance.now() - heard;
+    const mute = document.querySelector('[data-arm="No news"]') !== null; // all but the engine lives
+    const old = begun && (silence > OLD || mute);
     root.classList.toggle("flinch-old", old);
-    if (old) say(Math.floor((now - heard) / 1000));
+    if (old) say(mute && silence < OLD ? "" : `for ${Math.floor(silence / 1000)} s`);
   }
 
   // what is pressed now would be done when the line is back, whatever is in the way by then
@@ -44,14 +53,11 @@
   }
 
   function allowed(target) {
-    return target.closest?.("[role=tab]") || target.closest?.("button")?.textContent === "Stop";
+    return target.closest?.("[role=tab]") || target.closest?.("button")?.textContent.trim() === "Stop";
   }
 
   for (const kind of ["keydown", "pointerdown", "mousedown", "click"]) {
     window.addEventListener(kind, hold, { capture: true });
   }
-  document.addEventListener("visibilitychange", () => {
-    heard = performance.now(); // a page in the background is drawn no more, and hears nothing
-  });
   setInterval(look, LOOK);
 })();

@@ -14,9 +14,9 @@ from rtde_control import RTDEControlInterface
 
 from app.errors import RobotError
 from app.messages import Array
-from app.robot.ur.dashboard import dashboard
+from app.robot.ur.dashboard import dashboard, version_of
 from app.robot.ur.limits import ACCELERATION, WATCHDOG, capped
-from app.robot.ur.link import LOST
+from app.robot.ur.link import E_SERIES, LOST
 
 CYCLE = 0.002  # [s] until the program looks for a new velocity: one cycle of the controller
 STILL = 1e-4  # [rad/s] no command and no motion
@@ -35,8 +35,12 @@ class Control:
     """
 
     def __init__(self, host: str, model: str) -> None:
-        remote, there = dashboard(host, "is in remote control", "get robot model")
-        if remote != "true":
+        remote, there, software = dashboard(
+            host, "is in remote control", "get robot model", "PolyscopeVersion"
+        )
+        version = version_of(software)
+        cb3 = bool(version) and version[0] < E_SERIES  # its pendant has no such switch
+        if remote != "true" and not cb3:
             raise RobotError(
                 f"{host} is not in remote control ({remote}); choose Remote Control at the top "
                 "right of the pendant"

@@ -1,5 +1,6 @@
 """Questions to a UR's dashboard, with short patience."""
 
+import re
 import socket
 
 from app.errors import RobotError
@@ -22,6 +23,12 @@ def dashboard(host: str, *lines: str) -> list[str]:
             return answers
     except OSError as e:
         raise RobotError(silent(host, DASHBOARD, e)) from e
+
+
+def version_of(answer: str) -> tuple[int, ...]:
+    """A controller's version out of "URSoftware 3.15.8.106339 (Jan 12 2023)"; empty without one."""
+    found = re.search(r"(\d+)\.(\d+)", answer)
+    return (int(found[1]), int(found[2])) if found else ()
 
 
 def silent(host: str, port: int, error: OSError) -> str:

@@ -26,7 +26,7 @@ from app.messages import Array, JointState
 from app.robot.model import Robot
 from app.robot.ur.apart import ControlApart
 from app.robot.ur.limits import LIMITS, pace, slowed
-from app.robot.ur.link import LOST
+from app.robot.ur.link import LOST, POLYSCOPE_X
 from app.robot.ur.safety import trouble
 from app.robot.ur.stream import Stream
 from app.tick import ArmReport
@@ -154,6 +154,11 @@ class UrArm:
         why = self._stream.fault or trouble(self._stream.report())
         if why:
             raise RobotError(f"{self._host}: {why}")
+        if self._stream.major >= POLYSCOPE_X:
+            raise RobotError(
+                f"{self._host} is a PolyScope X controller, which has no dashboard to ask whether "
+                "it may be moved: it can be watched, so leave --arm out, but not moved"
+            )
         self._control = ControlApart(self._host, self._model, self._quit)
 
     def _begin_later(self) -> None:

@@ -23,6 +23,7 @@ from app.timing import WallClock
 RTDE = 30004
 LOST = "the connection is lost; check the cable and the controller"
 PATIENCE = 2.0  # [s] from the first byte of the handshake to the first state
+POLYSCOPE_X = 10  # major version of its controllers, which have no dashboard
 E_SERIES = 5  # major version of its controllers: 500 states a second, others have 125
 CHUNK, READS = 65536, 4  # bytes a read, reads a call: 1 s of states and more
 VARIABLES = {
@@ -57,6 +58,7 @@ class Link:
         self.fault = ""  # why no state comes any more
         self.count = 0  # of the states that came
         self.newest: Sample
+        self.major = 0  # of the controller's version: 3 CB3, 5 e-Series, 10 PolyScope X
         self._packets: list[Packet] = []  # whole ones that nobody has looked at
         self._rest = b""
         try:
@@ -108,7 +110,8 @@ class Link:
         version = self._ask(Kind.CONTROLLER, b"", until)
         if len(version) != 16:
             raise WireError(f"a controller's version has 16 bytes, not {len(version)}")
-        rate = 500.0 if struct.unpack_from(">I", version)[0] >= E_SERIES else 125.0
+        self.major = int(struct.unpack_from(">I", version)[0])
+        rate = 500.0 if self.major >= E_SERIES else 125.0
         types = self._ask(Kind.OUTPUTS, output_recipe(rate, list(VARIABLES)), until)[1:]
         if types != ",".join(_TYPES).encode():
             told = types.decode("ascii", "replace")

@@ -62,6 +62,11 @@ class Stream:
             return self.fault
         return f"no joint state for more than {STALE:g} s; check the cable and the controller"
 
+    @property
+    def major(self) -> int:
+        """Of the controller's version: 3 CB3, 5 e-Series, 10 PolyScope X."""
+        return self._link.major
+
     def report(self) -> Report:
         """The controller's own state as it came last."""
         return self._link.newest.report

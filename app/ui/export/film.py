@@ -99,7 +99,7 @@ class Film:
                 switch.set(True)
         reading = Reading(arm.robot, stays=0.0)
         return (
-            reading, Stage(server, arm.cell), CellView(server, arm.cell), RobotView(server, arm),
+            reading, Stage(server, arm), CellView(server, arm.cell), RobotView(server, arm),
             BlindView(server, arm), clouds, MemoryView(server), PairView(server, arm, reading),
             SeparationView(server), GhostView(server, arm), _GoalMark(self),
             WorldView(server, arm, lambda name: None),

@@ -9,7 +9,7 @@ from html import escape
 import viser
 
 from app.ui.access import Access, words
-from app.ui.colours import ALARM, CALM, GREY, css
+from app.ui.colours import CALM, DANGER, GREY, QUIET, css
 from app.ui.inside import uuid_of
 from app.ui.panels.assign import assign
 
@@ -35,7 +35,7 @@ class AccessPanel:
         self.token = gui.add_text(
             "Operator token", "", order=-2.0, hint="told once; whoever started Flinch knows it"
         )
-        self.button = gui.add_button("Take control", color="gray", order=-1.0)
+        self.button = gui.add_button("Take control", color=QUIET, order=-1.0)
 
         @self.button.on_click
         async def _(_: viser.GuiEvent[viser.GuiButtonHandle]) -> None:
@@ -62,7 +62,7 @@ class AccessPanel:
 
 def line_html(text: str, colour: tuple[int, int, int], refusal: str) -> str:
     """One line with a dot of the colour, and a second in red if something was refused."""
-    red = f'<div style="color:{css(ALARM)}">{escape(refusal)}</div>' if refusal else ""
+    red = f'<div style="color:{css(DANGER)}">{escape(refusal)}</div>' if refusal else ""
     return (
         f'<div style="font-size:0.85em;padding:0.3em 0.8em 0.5em" data-role="{escape(text)}">'
         f'<span style="color:{css(colour)}">&#9679;</span> {escape(text)}{red}</div>'

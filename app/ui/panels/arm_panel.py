@@ -24,8 +24,10 @@ COLOUR = {Mode.IDLE: GREY, Mode.RUNNING: CALM, Mode.HOLDING: WAIT, Mode.STOPPED:
 NOTICE = 6.0  # [s] that a notice is shown
 TOLD = 12.0  # [s] that a stop is told in a corner of every page
 PERIOD = 0.1  # [s]
+TINT = 62  # [%] of a state's colour in its word, which must be read easily
 BEAT = 0.5  # [s] between two signs of life; the page's own script waits for them
 ROOM = 206  # [px] height of the panel
+PHONE = 168  # [px] its height on a phone, where Stop is at the lower edge and the hint is left out
 
 WISH = "Keys R, H, S or space · Stop travels over a network: it is not an emergency stop"
 
@@ -165,6 +167,12 @@ div:has(> .arm-line) {{ grid-column: 1 / -1 }}
     background: var(--mantine-color-body) }}
   .mantine-Notifications-root {{ margin-top: {room}px }}
   .mantine-Tabs-root:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
+  div:has(> div > [data-beat]) {{ height: {PHONE}px !important; align-content: start }}
+  div:has(> div > [data-beat]) > :last-child {{ display: none }}
+  div:has(> div > [data-beat]) > :nth-child(5) {{ position: fixed; inset: auto 0 0; z-index: 21;
+    padding: 4px !important; background: var(--mantine-color-body) }}
+  div:has(> div > [data-beat]) > :nth-child(5) button {{ height: 50px !important;
+    font-size: 1.2em }}
 }}
 </style><span class="arm-panel"></span>"""
 
@@ -173,8 +181,8 @@ def state_html(word: str, colour: RGB) -> str:
     """The state's word beside a band of its colour."""
     return (  # the word is darker than the band: amber on white is hard to read
         f'<div data-arm="{escape(word)}" style="padding-left:0.5em;border-left:0.45em solid '
-        f"{css(colour)};color:color-mix(in srgb, {css(colour)} 70%, var(--mantine-color-text));"
-        "height:1.9em;line-height:1.9em;font-size:1.15em;font-weight:700;"
+        f"{css(colour)};color:color-mix(in srgb, {css(colour)} {TINT}%, var(--mantine-color-text));"
+        "height:1.9em;line-height:1.9em;font-size:1.1em;font-weight:700;"
         f'white-space:nowrap;overflow:hidden">{escape(word)}</div>'
     )
 

@@ -112,15 +112,15 @@ class JogPad:
         if not self._pace.due(snapshot.stamp):
             return
         robot, T = self._engine.robot, snapshot.T_base_tool
-        values = [f"{1000.0 * v:.0f} mm" for v in T[:3, 3]]
-        values += [f"{np.degrees(v):.0f}°" for v in turns(T)]
+        values = [f"{round(1000.0 * v)} mm" for v in T[:3, 3]]
+        values += [f"{round(np.degrees(v))}°" for v in turns(T)]
         for k, label in zip(self._order, self._poses, strict=True):
             label.content = value_html(AXES[k], values[k])
         for k, label in enumerate(self._angles):
             low, high, q = robot.q_min[k], robot.q_max[k], snapshot.joints.q[k]
             unit, scale = ("mm", 1000.0) if self._slides[k] else ("°", 180.0 / np.pi)
             label.content = value_html(
-                self._names[k], f"{scale * q:.0f}{unit}", float((q - low) / (high - low)),
+                self._names[k], f"{round(scale * q)}{unit}", float((q - low) / (high - low)),
                 f"{self._names[k]}: {scale * low:.0f} to {scale * high:.0f}{unit}",
             )  # fmt: skip
 
@@ -209,7 +209,8 @@ def value_html(name: str, value: str, share: float | None = None, hint: str = ""
         )
     return (
         f'<div title="{escape(hint)}" style="font-size:0.78em;line-height:1.25">'
-        '<div style="display:flex;justify-content:center;gap:0.4em;white-space:nowrap">'
+        '<div style="display:flex;flex-wrap:wrap;justify-content:center;column-gap:0.4em;'
+        'white-space:nowrap">'
         f'<span style="overflow:hidden;text-overflow:ellipsis">{escape(name)}</span>'
         f"<b>{escape(value)}</b></div>{bar}</div>"
     )

@@ -156,7 +156,7 @@ def speeds(metres: float) -> dict[str, float]:
 
 def told_html(snapshot: Snapshot | None) -> str:
     """What was asked for, what is done of it, and why not more; one line of a fixed room."""
-    text = "Hold a button or a key: the arm moves, gives way, and stops when you let go"
+    text = "Hold a button or a key; let go, and the arm stays there"
     if snapshot is not None and snapshot.status.mode is Mode.STOPPED:
         text = "Stopped: press Run or Hold, then it can be moved by hand"
     elif snapshot is not None and snapshot.granted is not None:

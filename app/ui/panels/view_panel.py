@@ -8,16 +8,18 @@ from app.ui.scene.switch import Switch
 
 
 class ViewPanel:
-    """One box a switch."""
+    """One box a switch that the legend has not; those with a sign are there."""
 
     def __init__(self, server: viser.ViserServer, switches: Iterable[Switch]) -> None:
-        self.boxes: dict[str, viser.GuiCheckboxHandle] = {}
-        for switch in switches:
-            box = server.gui.add_checkbox(switch.label, switch.on, hint=switch.help or None)
-            self.boxes[switch.label] = box
+        self.boxes = {s.label: add_box(server, s) for s in switches}
 
-            @box.on_update
-            async def _(
-                event: viser.GuiEvent[viser.GuiCheckboxHandle], switch: Switch = switch
-            ) -> None:
-                switch.set(event.target.value)
+
+def add_box(server: viser.ViserServer, switch: Switch) -> viser.GuiCheckboxHandle:
+    """A box for the switch, where the next control would be."""
+    box = server.gui.add_checkbox(switch.label, switch.on, hint=switch.help or None)
+
+    @box.on_update
+    async def _(event: viser.GuiEvent[viser.GuiCheckboxHandle]) -> None:
+        switch.set(event.target.value)
+
+    return box

@@ -13,7 +13,7 @@ from app.ui.colours import ALARM
 from app.ui.engine import Engine
 from app.ui.scene.poses import wxyz
 from app.ui.scene.robot_view import alike, horn
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 
 LENGTH = 0.36  # [m] that is drawn: what is farther away does not slow the arm
 OPACITY = 0.25
@@ -43,7 +43,11 @@ class BlindView:
         ]
 
     def switches(self) -> list[Switch]:
-        return [Switch("Blind cones", self._on, self._set, "what sensors should see and cannot")]
+        return [
+            Switch(
+                "Unwatched", self._on, self._set, "what sensors should see and cannot", Sign(ALARM)
+            )
+        ]
 
     def _set(self, on: bool) -> None:
         self._on = on

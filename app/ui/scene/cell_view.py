@@ -12,7 +12,7 @@ from app.cell.parts import Cell, HalfSpace
 from app.messages import Array, Snapshot
 from app.ui.colours import GREY, KNOWN, PREVIEW, RGB
 from app.ui.scene.poses import wxyz
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 
 THIN = 0.002  # [m] of a plane's patch
 
@@ -37,7 +37,15 @@ class CellView:
 
     def switches(self) -> list[Switch]:
         words = "what is known and static: no obstacle, but the arm stays out of it"
-        return [Switch("Cell", True, lambda on: setattr(self._root, "visible", on), words)]
+        return [
+            Switch(
+                "Cell",
+                True,
+                lambda on: setattr(self._root, "visible", on),
+                words,
+                Sign(GREY, hollow=True),
+            )
+        ]
 
     def _add_patch(self, plane: HalfSpace) -> None:
         self._scene.add_box(

@@ -16,7 +16,7 @@ from app.messages import Array, Snapshot, Verdict
 from app.ui.colours import POINT, RAW, RGB
 from app.ui.engine import Engine
 from app.ui.pacing import Every
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 
 PERIOD = 0.06  # [s]: a sensor speaks every 67 ms
 Mask = NDArray[np.bool_]
@@ -92,7 +92,9 @@ class CloudView:
         out = []
         for c in self._classes:
             label, words = WORDS[c.verdict]
-            out.append(Switch(label, c.on, partial(setattr, c, "on"), words))
+            seen = c.verdict is not None and c.verdict in BELIEVED
+            sign = Sign(POINT[c.verdict]) if seen and c.verdict is not None else None
+            out.append(Switch(label, c.on, partial(setattr, c, "on"), words, sign))
         return out
 
 

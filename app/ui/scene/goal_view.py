@@ -9,10 +9,14 @@ import viser
 from app.actions import SetGoal
 from app.messages import Snapshot
 from app.timing import Clock
+from app.ui.colours import GOAL
 from app.ui.engine import Engine
 from app.ui.pacing import HandsOff
 from app.ui.scene.poses import follow, pose
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
+
+HANDLE = "where the tool should go: drag its arrows and arcs"
+AXES = "where the tool is"
 
 
 class GoalView:
@@ -45,9 +49,14 @@ class GoalView:
 
     def switches(self) -> list[Switch]:
         return [
-            Switch("Goal", True, lambda on: setattr(self.handle, "visible", on)),
-            Switch("Tool axes", True, lambda on: setattr(self.tool, "visible", on)),
+            Switch(
+                "Goal", True, lambda on: setattr(self.handle, "visible", on), HANDLE, Sign(GOAL)
+            ),
+            Switch("Tool axes", True, lambda on: setattr(self.tool, "visible", on), AXES),
         ]
+
+    def _show_handle(self, on: bool) -> None:
+        self.handle.visible = on
 
 
 class RecordedGoalView:
@@ -64,5 +73,5 @@ class RecordedGoalView:
     def switches(self) -> list[Switch]:
         return [
             Switch("Goal", True, lambda on: setattr(self.goal, "visible", on)),
-            Switch("Tool axes", True, lambda on: setattr(self.tool, "visible", on)),
+            Switch("Tool axes", True, lambda on: setattr(self.tool, "visible", on), AXES),
         ]

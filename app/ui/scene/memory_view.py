@@ -6,7 +6,7 @@ import viser
 from app.messages import Snapshot
 from app.ui.colours import REMEMBERED
 from app.ui.pacing import Every
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 
 PERIOD = 0.2  # [s]: 48 kB are too much for every frame
 MOST = 4096  # points drawn; a changed count would make the browser allocate anew
@@ -41,7 +41,9 @@ class MemoryView:
 
     def switches(self) -> list[Switch]:
         words = "points that left the field of view and still count (setting: memory)"
-        return [Switch("Remembered points", self._on, self._set, words)]
+        return [
+            Switch("Remembered points", self._on, self._set, words, Sign(REMEMBERED, hollow=True))
+        ]
 
     def _set(self, on: bool) -> None:
         self._on = on

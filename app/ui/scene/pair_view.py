@@ -9,12 +9,13 @@ import numpy as np
 import viser
 from numpy.typing import NDArray
 
-from app.messages import Array, Near, Pairs, Snapshot
+from app.messages import Array, Pairs, Snapshot
+from app.near import Near
 from app.ui.colours import CALM, DARK, FIXED, RGB
 from app.ui.engine import Engine
 from app.ui.reading import Reading
 from app.ui.scene.poses import place
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 from app.ui.words import centimetres
 
 LEEWAY = 0.005  # [m] that the label may be off the arrow's end
@@ -52,7 +53,7 @@ class PairView:
     def switches(self) -> list[Switch]:
         closest = "the closest point that can give way, and in grey the closest that cannot"
         return [
-            Switch("Distance", True, self._show_closest, closest),
+            Switch("Distance", True, self._show_closest, closest, Sign(CALM)),
             Switch("Link arrows", False, self._show_others, "closest pair of each body link"),
         ]
 

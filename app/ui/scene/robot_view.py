@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 
 from app.messages import Array, SensorHealth, Snapshot
 from app.robot.skin import Sensor, zone_directions
-from app.ui.colours import HEALTH
+from app.ui.colours import ARM, CALM, HEALTH
 from app.ui.engine import Engine
 from app.ui.scene.poses import Nodes, wxyz
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 
 HORN = 0.025  # [m] drawn length of a sensor's field of view
 View = tuple[float, float]
@@ -61,8 +61,8 @@ class RobotView:
 
     def switches(self) -> list[Switch]:
         return [
-            Switch("Arm", True, self._show_meshes),
-            Switch("Sensors", True, self._show_sensors, "coloured by health"),
+            Switch("Arm", True, self._show_meshes, "the arm as it is now", Sign(ARM)),
+            Switch("Sensors", True, self._show_sensors, "coloured by health", Sign(CALM)),
         ]
 
     def _show_meshes(self, on: bool) -> None:

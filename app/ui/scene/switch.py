@@ -1,7 +1,16 @@
-"""A switch that a view offers to the view panel."""
+"""A switch that a view offers to the legend or, where it has no sign there, to the view panel."""
 
 from collections.abc import Callable
 from typing import NamedTuple
+
+from app.ui.colours import RGB
+
+
+class Sign(NamedTuple):
+    """What stands for it in the legend: a patch of its colour, or the rim of one."""
+
+    colour: RGB
+    hollow: bool = False
 
 
 class Switch(NamedTuple):
@@ -11,3 +20,4 @@ class Switch(NamedTuple):
     on: bool
     set: Callable[[bool], None]
     help: str = ""
+    sign: Sign | None = None

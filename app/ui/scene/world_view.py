@@ -13,10 +13,11 @@ import viser
 
 from app.actions import MoveObstacle
 from app.messages import Array, BodyPose, BodyView, Snapshot
+from app.ui.colours import BODY
 from app.ui.engine import Engine
 from app.ui.pacing import Every
 from app.ui.scene.poses import Nodes, wxyz
-from app.ui.scene.switch import Switch
+from app.ui.scene.switch import Sign, Switch
 
 PERIOD = 0.06  # [s] between two pictures of what nobody drags
 REACH = 3.0  # [m] from the base: farther than any arm here; keeps a slip of the mouse in sight
@@ -67,6 +68,7 @@ class WorldView:
                 True,
                 lambda on: setattr(self._root, "visible", on),
                 "hide them to see what the skin alone knows",
+                Sign(BODY),
             )
         ]
 

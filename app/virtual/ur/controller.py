@@ -18,6 +18,7 @@ from app.virtual.ur.variables import OUTPUTS
 
 PERIOD = 0.002  # [s] of the e-Series' control loop
 VERSION = (5, 15, 0, 126)
+VERSIONS = {"cb3": (3, 15, 8, 106339), "polyscopex": (10, 7, 0, 0)}
 MODEL = "UR10"  # what a UR10e's dashboard says, too
 HALT = 10.0  # [rad/s^2] assumed for a program that ends in motion; the maker gives no figure
 REDUCED_SPEED = 0.4  # [rad/s] assumed of the fastest joint in reduced mode; it is configured
@@ -39,6 +40,7 @@ class UrController:
         self.joints = Joints(q)
         self.now = 0.0  # [s] the controller's own clock
         self.robot_mode, self.safety_mode, self.remote = 7, _NORMAL, True
+        self.version = VERSION
         self.slider = 1.0  # 0..1, on the pendant
         self.scaling = 1.0  # 0..1, how far a motion is slowed to keep to a safety limit
         self.program: UploadedProgram | None = None
@@ -242,6 +244,8 @@ class UrController:
             self.remote = False
         elif kind == "off":
             self.robot_mode = 3
+        elif kind in VERSIONS:
+            self.version = VERSIONS[kind]
         else:
             self._cut = (kind, np.inf)
 

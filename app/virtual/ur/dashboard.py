@@ -1,8 +1,9 @@
 """The dashboard's answers: a pure function of the controller and a line."""
 
-from app.virtual.ur.controller import MODEL, VERSION, UrController
+from app.virtual.ur.controller import MODEL, UrController
 
 GREETING = "Connected: Universal Robots Dashboard Server"
+E_SERIES = 5  # major version of the first that have a remote control
 _MODES = {3: "POWER_OFF", 5: "IDLE", 7: "RUNNING"}
 _SAFETY = {1: "NORMAL", 2: "REDUCED", 3: "PROTECTIVE_STOP", 7: "ROBOT_EMERGENCY_STOP"}
 
@@ -12,14 +13,14 @@ def answer(controller: UrController, line: str) -> str:
     playing = controller.playing
     match line.strip().lower():
         case "polyscopeversion":
-            return "URSoftware " + ".".join(map(str, VERSION)) + " (virtual)"
+            return "URSoftware " + ".".join(map(str, controller.version)) + " (virtual)"
         case "version":
-            return ".".join(map(str, VERSION))
+            return ".".join(map(str, controller.version))
         case "get serial number":
             return "20230000000"
         case "get robot model":
             return MODEL
-        case "is in remote control":
+        case "is in remote control" if controller.version[0] >= E_SERIES:
             return str(controller.remote).lower()
         case "robotmode":
             return f"Robotmode: {_MODES[controller.robot_mode]}"

@@ -12,6 +12,8 @@ reduced@T       the safety system changes to its reduced mode
 local           the robot is not in remote control, from the start
 off             the arm is switched off, from the start
 silent          as silent@T, from the start and for ever
+cb3             an older controller, PolyScope 3: no remote control, 125 states a second
+polyscopex      a newer one, PolyScope X: no dashboard
 """
 
 from dataclasses import dataclass
@@ -20,7 +22,7 @@ from app.errors import ConfigError, options
 
 LINKS = ("drop", "mute", "stall", "corrupt", "silent")
 STOPS = ("protective", "emergency", "slider", "reduced")
-LASTING = ("local", "off", "silent")
+LASTING = ("local", "off", "silent", "cb3", "polyscopex")
 KINDS = tuple(dict.fromkeys(LINKS + STOPS + LASTING))
 LENGTH = 1.0  # [s] of what is done to the link without one
 

@@ -12,7 +12,7 @@ from app.robot.ur.wire import (
     pack_values,
     unpack_values,
 )
-from app.virtual.ur.controller import VERSION, UrController
+from app.virtual.ur.controller import UrController
 from app.virtual.ur.variables import IN_USE, INPUTS, NOT_FOUND, OUTPUTS
 
 PROTOCOL = 2
@@ -40,7 +40,7 @@ class RtdeClient:
                     raise WireError("a protocol version has 2 bytes")
                 return pack(kind, bytes([payload == struct.pack(">H", PROTOCOL)]))
             case Kind.CONTROLLER:
-                return pack(kind, struct.pack(">4I", *VERSION))
+                return pack(kind, struct.pack(">4I", *self._controller.version))
             case Kind.OUTPUTS:
                 return pack(kind, b"\x01" + self._choose_outputs(payload))
             case Kind.INPUTS:

@@ -21,6 +21,7 @@ from app.virtual.ur.rtde import RtdeClient
 log = logging.getLogger(__name__)
 T = TypeVar("T")
 DASHBOARD, SCRIPT, RTDE = 29999, 30003, 30004
+POLYSCOPE_X = 10  # major version of the first without a dashboard
 LONGEST_SCRIPT = 1_000_000  # bytes
 BEHIND = 5.0  # [s] a stall of the machine that is longer is not made up for
 LISTEN = 3  # turns of the loop until bytes that wait have become registers
@@ -78,9 +79,8 @@ class UrServer:
     async def _serve(self) -> None:
         servers = []
         try:
-            for port, talk in (
-                (DASHBOARD, self._dashboard), (SCRIPT, self._script), (RTDE, self._rtde),
-            ):  # fmt: skip
+            ports = [(DASHBOARD, self._dashboard), (SCRIPT, self._script), (RTDE, self._rtde)]
+            for port, talk in ports[self.controller.version[0] >= POLYSCOPE_X :]:
                 servers.append(await asyncio.start_server(self._guard(talk), self.host, port))
         except OSError as e:
             self._refused = (
