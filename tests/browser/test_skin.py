@@ -31,7 +31,7 @@ def test_a_click_on_a_map_lights_up_its_cone_and_a_zone_tells_its_verdict(
     map_, sheet = window.get_by_role("button", name=name, exact=True), window.locator(".skin-maps")
     until(window, lambda: sheet.locator("svg").count() == 1, "the maps are drawn")
     # the block is drawn anew several times a second: it may be gone between two looks
-    whole = until(window, lambda: sheet.bounding_box(timeout=500), "the maps have a place")
+    whole = until(window, lambda: sheet.bounding_box(timeout=10_000), "the maps have a place")
     box = map_.bounding_box()
     assert box is not None and whole["x"] - 1 <= box["x"]
     assert box["y"] + box["height"] <= whole["y"] + whole["height"] + 1

@@ -14,11 +14,12 @@ from app.replay.survey import Survey
 from app.timing import Clock
 from app.ui.colours import ALARM, DARK, GHOST, POINT, RGB, css
 from app.ui.pacing import Every
-from app.ui.panels.plot_panel import AXIS, CEILING, NOWHERE, TIME
+from app.ui.panels.plot_panel import AXIS, CEILING, TIME
 
 SENT = 0.2  # [s] between two pictures
 SPAN = 120.0  # [s] of the recording in one picture
 MOST = 600  # samples in a picture; more are not told apart
+BELOW = -10.0  # [cm] out of sight
 FASTEST = 2.0  # [rad/s] larger norms of a command are drawn at the top
 
 
@@ -103,7 +104,7 @@ class HistoryPanel:
         x, here = self._survey.time[rows], self._here
         at = int(np.searchsorted(x, here))
         data = [with_gap(np.minimum(c[rows], top), at) for c in curves]
-        line = np.insert(np.full(len(x), np.nan), at, [NOWHERE, 2.0 * top, np.nan])
+        line = np.insert(np.full(len(x), np.nan), at, [BELOW, 2.0 * top, np.nan])
         if chart.scales is not None and chart.scales["x"].get("range") != (low, high):
             chart.scales = {**chart.scales, "x": {"time": False, "range": (low, high)}}
         chart.data = (np.insert(x, at, [here] * 3), *data, line)

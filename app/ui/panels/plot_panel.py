@@ -34,7 +34,6 @@ SENT = 0.25  # [s] between two pictures
 CEILING = 100.0  # [cm] farther, or nothing in sight, is drawn at the top
 JUMP = 50.0  # [cm] larger jumps are drawn at the top
 TICK = 12.0  # [ms] longer ticks are drawn at the top: three of 250 Hz
-NOWHERE = -10.0  # below the chart: there is no such line
 LEFT, RIGHT = 42, 24  # pixels that a chart needs beside its field, as viser draws it
 AXIS = {"size": LEFT, "font": "11px sans-serif"}
 TIME = {"size": 34, "font": "11px sans-serif"}
@@ -123,11 +122,12 @@ class PlotPanel:
     def _show(self) -> None:
         c = self.curves
         time = c.column("time_s") - c.rows[-1, 0]
-        time = np.where(np.isnan(time), np.linspace(-SPAN, 0.0, LENGTH), time)
+        before = np.isnan(time)  # there was no row yet
+        first = time[~before][0]
+        time[before] = np.linspace(first - SPAN, first, before.sum(), endpoint=False)
         distances = [_drawn(100.0 * c.column(name), CEILING) for name in COLUMNS[1:7]]
-        for i in (0, 1):  # nothing in sight is far away, and no line that is missing
-            distances[i][np.isnan(c.column(COLUMNS[1 + i]))] = CEILING
-        distances[1][np.isnan(c.column(COLUMNS[2]))] = NOWHERE
+        # nothing in sight is far away; that nothing is there which cannot give way is no line
+        distances[0][np.isnan(distances[0]) & ~before] = CEILING
         self.distance.data = (time, *distances)
         self.strip.content = strip_html(list(c.said))
         limit = 100.0 * c.column("speed_limit_share")
@@ -180,7 +180,7 @@ def _chart(
         series.append(one if dash is None else {**one, "dash": dash})
     x = np.linspace(-SPAN, 0.0, LENGTH)
     return gui.add_uplot(
-        (x, *(np.full(LENGTH, NOWHERE) for _ in lines)),
+        (x, *(np.full(LENGTH, np.nan) for _ in lines)),
         tuple(series),
         title=title,
         scales={
@@ -194,5 +194,5 @@ def _chart(
 
 
 def _drawn(curve: Array, top: float) -> Array:
-    """What is drawn of a curve: no higher than the top, what is missing out of sight."""
-    return np.where(np.isnan(curve), NOWHERE, np.minimum(curve, top))
+    """What is drawn of a curve: no higher than the top; NaN, where it is missing, is a gap."""
+    return np.minimum(curve, top)
