@@ -357,6 +357,7 @@ def test_nothing_is_read_by_a_loader_that_could_run_code() -> None:
     """
     among_ourselves = {"sensing/simulation.py", "sensing/simulated_apart.py"}
     named_at_the_start = {"control/guests/files.py"}
+    only_catches_an_error_of_it = {"compiled.py"}
     running = re.compile(
         r"\b(pickle|marshal|shelve|dill|joblib)\b|\b(eval|exec)\(|allow_pickle(?!=False)"
         r"|\byaml\.(?!safe_load\(|YAMLError)\w+\("
@@ -365,4 +366,4 @@ def test_nothing_is_read_by_a_loader_that_could_run_code() -> None:
     files = [*app.rglob("*.py")]
     assert len(files) > 50
     found = {f.relative_to(app).as_posix() for f in files if running.search(f.read_text("utf-8"))}
-    assert found == among_ourselves | named_at_the_start
+    assert found == among_ourselves | named_at_the_start | only_catches_an_error_of_it

@@ -134,7 +134,7 @@ def test_a_headless_run_and_the_doctor_tell_it(stale, capsys):
     args = ["run", "--robot", str(stale), "--scene", "empty", "--headless", "--seconds", "0.1"]
     assert main([*args, "--json"]) == 0
     assert json.loads(capsys.readouterr().out)["rows"][0]["warnings"] == [WORDS]
-    assert main(["doctor", "--robot", str(stale), "--json"]) == 0
+    assert main(["doctor", "--robot", str(stale), "--json"]) == 1
     rows = json.loads(capsys.readouterr().out)["rows"]
     told = [r for r in rows if r["name"] == "looks into what it rides on" and not r["ok"]]
     assert [r["subject"] for r in told] == [f"ring1-{i:02d}" for i in range(1, 11)]

@@ -72,7 +72,7 @@ def test_a_pace_beyond_reason_is_refused(pace: tuple[float, float]) -> None:
         (["live"], "live needs --sensors serial:PORT"),
         (["simulated", "--driver", "ur:1.2.3.4"], "belong to 'live'"),
         (["live", "--sensors", "serial:x", "--driver", "ur:1.2.3.4"], "add --arm"),
-        (["nowhere.npz"], "is no recorded motion"),
+        (["nowhere.npz"], "cannot be read"),
         (["simulated", "--scene", "nosuch"], "nosuch"),
     ],
 )

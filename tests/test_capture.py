@@ -197,7 +197,7 @@ def test_a_hand_in_a_capture_is_checked_against_the_layout(tmp_path, robot, skin
     for i, frame in enumerate(depth):
         seen = np.isfinite(frame)
         mm = np.where(seen, np.nan_to_num(frame) * 1e3, 947).round()
-        frames.append(raw(15, i, 0, mm, np.where(seen, 5, 255)))
+        frames.append(raw(15, i, 70_000 * i, mm, np.where(seen, 5, 255)))
     path = write(tmp_path / "hand.mcap", said(frames))
     report = skin_check(Setup(), "hand", str(path))
     assert report.checks[0].ok and report.rows[0]["name"] == "ring2-06"

@@ -70,6 +70,9 @@ by_action = {
     actions.GoHome: st.builds(actions.GoHome),
     actions.UseSensor: st.builds(actions.UseSensor, texts, st.booleans()),
     actions.SpoilSensor: st.builds(actions.SpoilSensor, texts, texts),
+    actions.SetPerson: st.builds(actions.SetPerson, texts),
+    actions.PauseWorld: st.builds(actions.PauseWorld, st.booleans()),
+    actions.StepWorld: st.builds(actions.StepWorld, numbers),
     actions.Remark: st.builds(actions.Remark, texts, st.booleans()),
 }
 any_action = st.one_of(*by_action.values())

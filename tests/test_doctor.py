@@ -41,7 +41,7 @@ def missed(report):
 def test_the_built_in_robots_are_sound(name, layout, tool):
     report = checkup(find_robot(name), layout, tool)
     assert missed(report) == {}
-    assert len(report.checks) == 17
+    assert len(report.checks) == 21
     assert to_table(report).endswith("sound")
 
 

@@ -59,7 +59,7 @@ def test_polled_seldom_it_leaves_out_nothing(run, skin, robot):
 def test_a_file_plays_into_a_live_brain_from_the_posture_that_it_was_seen_from(file):
     setup = Setup(scene="empty", rate=125.0, sensors=f"replay:{file}")
     engine = build_engine(setup, ManualClock())
-    first = engine.plant._source.posture
+    first = engine.plant._source._inner.posture
     assert np.array_equal(engine.step().joints.q, first)
     assert np.abs(first - engine.robot.home).max() > 1e-3
     for _ in range(40):

@@ -204,8 +204,8 @@ def test_a_file_that_is_no_recording_is_refused_in_one_line(content, tmp_path):
 
 
 def test_a_missing_file_and_a_folder_are_refused(tmp_path):
-    for path in (tmp_path / "none.mcap", tmp_path):
-        with pytest.raises(RecordingError, match="cannot be read"):
+    for path, says in ((tmp_path / "none.mcap", "cannot be read"), (tmp_path, "is a folder")):
+        with pytest.raises(RecordingError, match=says):
             open_recording(path)
 
 

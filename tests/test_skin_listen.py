@@ -35,7 +35,8 @@ def shown(robot, skin, tmp_path):
                     clock.sleep_until(start + 2.0 * PART * i / len(depth))
                     seen = np.isfinite(frame)
                     mm = np.where(seen, np.nan_to_num(frame) * 1e3, 947).round()
-                    port.write(encode(raw(15, i, 0, mm, np.where(seen, 5, 255))))
+                    ago = round(2e6 * PART * i / len(depth))  # the clock of a board runs
+                    port.write(encode(raw(15, i, ago, mm, np.where(seen, 5, 255))))
 
             threads.append(threading.Thread(target=speak))
             threads[-1].start()

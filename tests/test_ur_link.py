@@ -13,7 +13,7 @@ from app.robot.ur import link, stream
 from app.robot.ur.link import RTDE, Link
 from app.robot.ur.stream import Stream
 from app.robot.ur.wire import Kind, pack, split
-from app.virtual.ur import rtde
+from app.virtual.ur import controller, rtde
 from app.virtual.ur.controller import UrController
 from app.virtual.ur.faults import LINKS
 from app.virtual.ur.rtde import RtdeClient
@@ -90,7 +90,7 @@ def test_a_controller_without_a_variable_is_told_to_be_updated(monkeypatch):
 @pytest.mark.parametrize(("version", "rate"), [((3, 15, 8, 0), 125.0), ((5, 15, 0, 126), 500.0)])
 def test_an_older_series_is_asked_for_as_many_states_as_it_has(monkeypatch, version, rate):
     asked = []
-    monkeypatch.setattr(rtde, "VERSION", version)
+    monkeypatch.setattr(controller, "VERSION", version)
     setup = rtde.output_setup
     monkeypatch.setattr(rtde, "output_setup", lambda p: asked.append(setup(p)[0]) or setup(p))
     with talker() as (host, _):

@@ -5,7 +5,8 @@ distance somewhere between them when they are nearer to each other than the sens
 In the same way the edge of a box of the cell, met with little light, is told a little before it.
 So a kept zone is taken for the cell when
 
-- it sees a thing of no more than `FEW` zones: an arm or a post along the outline takes more, and
+- it sees a thing of no more than `FEW` zones, for an arm or a post along the outline takes more; or
+  a thin one behind what may hang on a link, for a hose is long, and
 - its ray goes on into the known cell within its own threshold; or within what the sensor tells
   apart, when the arm, or what may hang on it, is as little before the report.
 
@@ -54,7 +55,8 @@ class Between:
     def mark(
         self,
         sensors: NDArray[np.intp],
-        asked: NDArray[np.bool_],
+        thin: NDArray[np.bool_],
+        few: NDArray[np.bool_],
         points: Array,
         posture: Posture,
         judged: Judgement,
@@ -62,11 +64,14 @@ class Between:
     ) -> None:
         """Turn KEPT into STATIC where a zone of `sensors` (m,) sees a mixture.
 
-        asked: (S,) those that see something thin.   points: (S, 3) [m] base frame.
+        thin, few: (S,) those that see something thin, and of `FEW` zones.   points: (S, 3) [m]
+        base frame.
         """
-        zones = self._chosen(sensors, asked, judged.verdict)
+        zones = self._chosen(sensors, thin, judged.verdict)
         if len(zones):
-            reach = self._reach(sensors, zones, asked, points, posture, judged)
+            reach = self._reach(sensors, zones, thin, points, posture, judged)
+            mixed = few[zones] | (self._crossed[zones] >= 0)
+            zones, reach = zones[mixed], reach[mixed]
             rays, _ = self._rays(zones, points, posture)
             met = cell.met(points[zones], rays, reach)
             judged.verdict[zones[met]] = STATIC

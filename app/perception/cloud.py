@@ -159,13 +159,13 @@ class SkinCloud:
             self.background.count_points(points[kept], frames[-1].stamp)
 
     def _doubt_mixtures(self, sensors: NDArray[np.intp], posture: Posture) -> None:
-        """Take what is small, with the known cell behind, for the cell."""
+        """Take what is small or a hose, with the known cell behind, for the cell."""
         z, judged = self._reports.distance, self._judged
-        asked = self._windows.doubtful(sensors, z, judged)
-        if asked is not None:
-            asked = self._between.few(sensors, asked, z, judged.verdict)
+        thin = self._windows.doubtful(sensors, z, judged)
+        if thin is not None:
+            few = self._between.few(sensors, thin, z, judged.verdict)
             self._between.mark(
-                sensors, asked, self._points, posture, self._judged, self.static_filter
+                sensors, thin, few, self._points, posture, judged, self.static_filter
             )  # fmt: skip
 
     def _doubt_windows(self, sensors: NDArray[np.intp], posture: Posture) -> None:

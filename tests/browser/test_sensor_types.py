@@ -52,11 +52,9 @@ def test_every_type_has_its_own_field_of_view_and_its_points(live: Live, window:
 
 
 def test_the_zones_of_any_grid_are_drawn(live: Live, window: Window) -> None:
-    window.get_by_role("tab", name="Health").click()
-    panel = live.page.sensors
-    panel.look.value = True
+    window.get_by_role("tab", name="Skin").click()
     for name, grid, cells in (("eight", "8x8", 64), ("wide", "16x16", 256), ("point", "1x1", 1)):
-        panel.choice.value = name
+        window.get_by_role("button", name=name, exact=True).click()
         picture = window.locator(f'[data-zones="{grid}"]')
         picture.wait_for(timeout=20_000)
-        assert picture.locator("i").count() == cells
+        assert picture.locator("rect").count() == cells

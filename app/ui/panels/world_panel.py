@@ -28,7 +28,7 @@ class WorldPanel:
     ) -> None:  # fmt: skip
         """shelf: where scenes are saved, None: nowhere.   scene: name or path of the one here."""
         gui = server.gui
-        self._engine, self._shelf, self._scene = engine, shelf, scene
+        self._gui, self._engine, self._shelf, self._scene = gui, engine, shelf, scene
         self._undo, self._pace = undo, Every(PERIOD)
         self.back = gui.add_button_group(
             "Goal, bodies", ("undo", "redo"), hint="Ctrl+Z and Ctrl+Shift+Z as well"
@@ -50,6 +50,11 @@ class WorldPanel:
             visible=engine.editable and shelf is not None,
             hint="with the bodies that were added here: a file for flinch run --scene FILE",
         )  # fmt: skip
+
+        self._listen()
+
+    def _listen(self) -> None:
+        undo, engine, gui = self._undo, self._engine, self._gui
 
         # this waits for the disk: not on the thread of the sockets
         @self.save.on_click
