@@ -6,6 +6,7 @@ far out, on half of the open ways or more. Pale: late. Red: not at all before it
 """
 
 from collections.abc import Sequence
+from threading import Thread
 
 import numpy as np
 import viser
@@ -49,6 +50,7 @@ class CoverageView:
         self.clouds: dict[int, viser.PointCloudHandle] = {}
         self._beside: Beside | None = None
         self._subject: Subject | None = None
+        self._finding: Thread | None = None
         self._asked: Asked | None = None
         self._patch = NOBODY
         self._pace, self._on = Every(PERIOD), False
@@ -58,7 +60,7 @@ class CoverageView:
             return
         if self._beside is None:
             self._begin()
-        assert self._beside is not None
+            return
         try:
             seen = self._beside.answer()
         except RuntimeError as error:
@@ -100,9 +102,14 @@ class CoverageView:
                 cloud.visible = False
 
     def _begin(self) -> None:
-        engine = self._engine
-        self._subject = subject_of(engine.robot, engine.skin, PATCHES)
-        patches, links = self._subject.patches, engine.robot.links
+        """Find the patches, which takes a while, in a thread of its own; then the process."""
+        if self._finding is not None and self._finding.is_alive():
+            return
+        if self._subject is None:
+            self._finding = Thread(target=self._find, name="coverage", daemon=True)
+            self._finding.start()
+            return
+        patches, links = self._subject.patches, self._engine.robot.links
         self._beside = Beside(self._subject)
         for i in np.unique(patches.link).tolist():
             mine = patches.link == i
@@ -116,6 +123,9 @@ class CoverageView:
                 precision="float32",
                 visible=False,
             )
+
+    def _find(self) -> None:
+        self._subject = subject_of(self._engine.robot, self._engine.skin, PATCHES)
 
     def _other(self, asked: Asked) -> bool:
         last = self._asked
