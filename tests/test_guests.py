@@ -12,7 +12,7 @@ from app.config import Params
 from app.control.clearance import Clearance
 from app.control.controller import Situation
 from app.control.guests.files import guest_digest, is_guest, tells_row, welcome
-from app.control.registry import forget, kind_of
+from app.control.registry import forget, kind_of, kinds
 from app.errors import ConfigError, FlinchError
 from app.messages import Goal, JointState
 from app.perception.proximity import BodyPairs
@@ -36,24 +36,23 @@ class Blind:
 '''
 
 
+@pytest.fixture(autouse=True)
+def no_guest_stays():
+    yield
+    for name in [n for n in kinds() if is_guest(n)]:
+        forget(name)
+
+
 @pytest.fixture
 def guest(tmp_path):
-    """Writes a file and gives its name; the modes are gone afterwards."""
-    names = []
+    """Writes a file and gives its name."""
 
     def write(text, file="mine.py", kind=""):
         path = tmp_path / file
         path.write_text(text)
-        names.append(f"{path}:{kind}" if kind else str(path))
-        return names[-1]
+        return f"{path}:{kind}" if kind else str(path)
 
-    yield write
-    for name in names:
-        try:
-            kind_of(name)
-        except ConfigError:
-            continue
-        forget(name)
+    return write
 
 
 def acting(body, head="pass", more=""):
