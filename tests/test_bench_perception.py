@@ -31,6 +31,7 @@ def test_the_reference_ray_hits_a_ball_and_misses_beside_it(ball):
     assert first_hit(np.zeros(3), z, ball, 0.6) == np.inf
 
 
+@pytest.mark.slow
 def test_no_verdict_differs_from_float64(robot, skin):
     scene = make_scene(robot, skin, 0, 2)
     for nine, postures in ((False, scene), (True, scene[:1])):

@@ -10,6 +10,7 @@ def checks(seconds):
     return {c.name: c for c in bench_serial(Setup(), seconds).checks}
 
 
+@pytest.mark.slow
 def test_no_frame_of_a_whole_skin_is_lost_or_misassigned():
     found = checks(4.0)
     assert found["frames lost"].value == 0

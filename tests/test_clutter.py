@@ -145,6 +145,7 @@ def test_a_moment_in_each_place_has_its_figures():
     assert result.figures["goal_error_m"] > 0.1 and result.figures["problem"] == "shelf 1"
 
 
+@pytest.mark.slow
 def test_problems_are_read_from_the_command_line(tmp_path, capsys):
     write_problem(tmp_path, 1)
     command = ["experiment", "clutter", "--problems", str(tmp_path), "--trials", "1"]

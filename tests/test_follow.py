@@ -54,6 +54,7 @@ def ur():
         yield virtual
 
 
+@pytest.mark.slow
 def test_points_stay_on_the_thing_while_the_arm_turns(ur, robot, skin, tmp_path):
     k = skin.index("ring2-03")
     T = robot.posture(robot.home).T_base_link[skin.link[k]]

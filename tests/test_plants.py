@@ -142,6 +142,7 @@ def test_a_background_that_cannot_be_written_is_a_notice_and_the_arm_goes_on(tmp
     assert told.status.mode is Mode.RUNNING and len(told.background.known) > 0
 
 
+@pytest.mark.slow
 def test_a_learned_post_bounds_the_motion_that_it_no_longer_holds_back(robot, skin):
     bench = Bench(robot, skin, rate=100.0)
     place = beside_the_forearm(robot, bench.run(0.2), 0.40)

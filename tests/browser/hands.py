@@ -25,6 +25,21 @@ def until(window: Window, done: Callable[[], Any], what: str, seconds: float = 1
     raise AssertionError(f"not within {seconds:g} s: {what}")
 
 
+def resize(window: Window, width: int, height: int) -> None:
+    """Make the window that large, and wait until what is laid out in it has followed."""
+    window.set_viewport_size({"width": width, "height": height})
+    places: list[Any] = [None]
+
+    def still() -> bool:
+        stop = window.get_by_role("button", name="Stop", exact=True).first
+        places.append(stop.bounding_box())
+        window.wait_for_timeout(250)
+        return bool(places[-1] == places[-2])
+
+    window.wait_for_timeout(250)
+    until(window, still, f"laid out at {width}x{height}")
+
+
 def nodes(window: Window) -> set[str]:
     """Names of everything that the window has in its scene."""
     script = "Object.entries(window.__viserMutable.nodeRefFromName)"

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import open_window
-from hands import until
+from hands import resize, until
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
 
@@ -102,7 +102,7 @@ def at_home(puppet: Puppet, window: Window) -> None:
     """Nothing said or learned, and the first tab open."""
     puppet.says, puppet.mute, puppet.background = {}, False, NOTHING
     puppet.posted.clear()
-    window.set_viewport_size({"width": SIZES[0][0], "height": SIZES[0][1]})
+    resize(window, SIZES[0][0], SIZES[0][1])
     window.get_by_role("tab").first.click()
     window.locator('[data-arm="Holding"]').wait_for(timeout=10_000)
 
@@ -138,7 +138,7 @@ def settled(window: Window) -> bool:
 
 def test_run_hold_and_stop_never_move(puppet: Puppet, window: Window) -> None:
     for width, height in SIZES:
-        window.set_viewport_size({"width": width, "height": height})
+        resize(window, width, height)
         until(window, lambda: settled(window), f"all in sight at {width}x{height}")
         before = boxes(window)
 
@@ -206,6 +206,7 @@ def test_the_background_is_learned_kept_and_forgotten_by_mouse(
     def press(name: str) -> None:
         window.get_by_role("button", name=name, exact=True).click()
 
+    window.get_by_role("tab", name="Cell").click()
     assert window.get_by_role("button", name="Forget background").is_disabled()
     press("Learn background")
     window.get_by_text("People must be out of the cell").wait_for()

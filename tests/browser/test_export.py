@@ -102,6 +102,7 @@ def test_scene_caption_and_chart_show_one_moment(window: Window) -> None:
     assert window.get_by_text("Stopped", exact=True).is_visible()
 
 
+@pytest.mark.slow
 def test_dragging_along_the_chart_goes_back_and_forth(window: Window) -> None:
     box = window.get_by_role("slider", name="Time in seconds").bounding_box()
     assert box is not None
@@ -114,6 +115,7 @@ def test_dragging_along_the_chart_goes_back_and_forth(window: Window) -> None:
     assert clock(window) < 0.3 < 0.7 < late
 
 
+@pytest.mark.slow
 def test_the_keys_play_step_and_jump(window: Window) -> None:
     window.mouse.click(5, 5)
     window.keyboard.press("Home")
@@ -130,6 +132,7 @@ def test_the_keys_play_step_and_jump(window: Window) -> None:
     until(window, lambda: window.get_by_text("Play", exact=False).first.is_visible(), "it rests")
 
 
+@pytest.mark.slow
 def test_the_legend_hides_and_shows(window: Window) -> None:
     entry = window.get_by_role("button", name="Kept points")
     look = """() => { const node = players[0].tree.useSceneTree.getAll()["/cloud/kept"];
@@ -142,6 +145,7 @@ def test_the_legend_hides_and_shows(window: Window) -> None:
     until(window, lambda: window.evaluate(look) is True, "and again", 60.0)
 
 
+@pytest.mark.slow
 def test_a_mark_tells_why_where_the_mouse_rests(window: Window) -> None:
     box = window.get_by_role("slider", name="Time in seconds").bounding_box()
     assert box is not None
@@ -150,6 +154,7 @@ def test_a_mark_tells_why_where_the_mouse_rests(window: Window) -> None:
     hint.wait_for(timeout=5_000)
 
 
+@pytest.mark.slow
 def test_a_link_to_a_moment_opens_at_it(folder: Path, browser: Browser) -> None:
     window = browser.new_page(viewport={"width": 500, "height": 400})
     window.goto((folder / "a run.html").as_uri() + "#t=0.7")

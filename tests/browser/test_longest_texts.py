@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from conftest import open_window
-from hands import until
+from hands import resize, until
 from playwright.sync_api import Browser
 from playwright.sync_api import Page as Window
 
@@ -91,7 +91,7 @@ def said(window: Window, part: str) -> None:
 def test_no_control_moves_when_every_text_is_longest(
     talker: Talker, window: Window, size: tuple[int, int]
 ) -> None:
-    window.set_viewport_size({"width": size[0], "height": size[1]})
+    resize(window, size[0], size[1])
     said(window, "just begun")
     window.wait_for_timeout(500)
     for tab in ("Move", "Cell"):
@@ -108,7 +108,7 @@ def test_no_control_moves_when_every_text_is_longest(
 
 
 def test_stop_is_at_the_lower_edge_of_a_phone_in_its_whole_width(window: Window) -> None:
-    window.set_viewport_size({"width": 390, "height": 844})
+    resize(window, 390, 844)
     stop = window.get_by_role("button", name="Stop", exact=True)
 
     def wide() -> bool:

@@ -115,6 +115,7 @@ def test_an_obstacle_dragged_to_the_arm_is_felt(live: Live, window: Window) -> N
     until(window, lambda: live.now.command.activation > 0.0, "the arm gives way")
 
 
+@pytest.mark.slow
 def test_a_deleted_obstacle_leaves_the_scene(live: Live, window: Window) -> None:
     window.get_by_role("tab", name="Cell").click()
     window.get_by_role("button", name="Sphere", exact=True).click()
@@ -149,6 +150,7 @@ def test_the_keys_stop_and_run(live: Live, window: Window) -> None:
 
 
 @pytest.mark.usefixtures("light", "small")
+@pytest.mark.slow
 def test_a_second_window_sees_the_same(live: Live, window: Window, browser: Browser) -> None:
     other = open_window(browser, live.page.url, *SMALL)
     try:

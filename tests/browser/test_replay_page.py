@@ -84,6 +84,7 @@ def test_it_plays_and_pauses_by_mouse_and_the_arm_moves(shown: Shown, window: Wi
     assert np.abs(place - before).max() > 1e-3
 
 
+@pytest.mark.slow
 def test_the_key_plays_and_pauses(shown: Shown, window: Window) -> None:
     window.keyboard.press("p")
     until(window, lambda: tick(window) > 10, "it plays")
@@ -102,6 +103,7 @@ def test_a_step_is_one_tick_by_mouse_and_by_key(shown: Shown, window: Window) ->
     assert not shown.player.playing
 
 
+@pytest.mark.slow
 def test_the_bar_is_dragged_to_any_moment(shown: Shown, window: Window) -> None:
     thumb = window.get_by_role("slider").first
     box, track = thumb.bounding_box(), window.locator(".mantine-Slider-track").first.bounding_box()
@@ -139,6 +141,7 @@ def test_the_keys_go_from_mark_to_mark_and_the_page_tells_the_stop(
     window.locator('[data-arm="Stopped"]').wait_for(state="detached", timeout=5_000)
 
 
+@pytest.mark.slow
 def test_the_speed_is_chosen_from_the_list(shown: Shown, window: Window) -> None:
     window.get_by_label("Speed").click()
     window.get_by_role("option", name="4 x").click()
@@ -156,6 +159,7 @@ def test_nothing_on_it_could_act_and_it_says_that_it_is_recorded(window: Window)
     window.get_by_role("tab", name="Recording").last.click()
 
 
+@pytest.mark.slow
 def test_a_ghost_stands_beside_the_arm_in_the_scene(shown: Shown, window: Window) -> None:
     window.get_by_text("Closest if the command went on for 0.5 s").wait_for()
     shown.player.seek(200)

@@ -143,7 +143,8 @@ def panel_style(room: int) -> str:
     """What lays the panel out in a height of `room` [px]."""
     # viser lays its controls out one below another, lets panels share a column by weights and puts
     # handles around each; what is marked here stands side by side in a room that stays as it is;
-    # the tabs below are narrower than viser has them, so that all stand in one row
+    # the tabs below are narrower than viser has them, so that all stand in one row; and after the
+    # window was resized viser would let the column slide in anew at the next click
     return f"""<style>
 div:has(> div > .arm-panel) {{ display: grid; gap: 0.15em 0.4em;
   grid-template-columns: repeat(3, minmax(0, 5.6em)) minmax(6.8em, 1fr);
@@ -158,6 +159,7 @@ div:has(> .arm-line) {{ grid-column: 1 / -1 }}
 [data-dock-scroll] > div:has(.arm-panel) + [data-dock-divider] {{ pointer-events: none }}
 [data-dock-scroll] > div:has(.arm-panel) ~ div:not([data-dock-divider]) {{
   flex-grow: 1 !important }}
+[data-dock-region]:has(.arm-panel) div:has(.arm-panel) {{ transform: none !important }}
 [data-dock-region]:has(.arm-panel) [data-dock-region-handle],
 [data-dock-column]:has(.arm-panel) > [data-dock-column-handle],
 [data-dock-group]:has(.arm-panel) > :not(:last-child) {{ display: none !important }}
