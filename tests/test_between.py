@@ -17,12 +17,11 @@ from tests.fakes import frame
 FAR, AT = 3.0, 0.55  # [m]
 
 
-@pytest.fixture(scope="module", name="stage")
-def the_stage(robot, skin):
-    """A posture, a sensor past whose view the upper arm's surface goes by hardly, and which zones
-    (64,) have it nearer than a finger's width before `AT`."""
+def nearness(robot, skin, bend):
+    """The posture with the elbow at `bend` [rad]; and of each sensor how near (64,) [m] its zones'
+    rays come to the upper arm before `AT`."""
     q = robot.home.copy()
-    q[2] = 2.3
+    q[2] = bend
     posture = robot.posture(q)
     upper = robot.link_index("upper_arm_link")
     body, T = robot.bodies[upper], posture.T_base_link[upper]
@@ -33,7 +32,14 @@ def the_stage(robot, skin):
         zones = slice(skin.first[k], skin.first[k + 1])
         lens, rays = T[:3, :3] @ skin.origin[k] + T[:3, 3], skin.reach[zones] @ T[:3, :3].T
         along = lens + np.arange(0.15, AT, 0.01)[:, None, None] * rays
-        near = tree.query(along)[0].min(axis=0)
+        yield posture, k, tree.query(along)[0].min(axis=0)
+
+
+@pytest.fixture(scope="module", name="stage")
+def the_stage(robot, skin):
+    """A posture, a sensor past whose view the upper arm's surface goes by hardly, and which zones
+    (64,) have it nearer than a finger's width before `AT`."""
+    for posture, k, near in nearness(robot, skin, 2.3):
         beside = ((near > 0.008) & (near < 0.02)).reshape(8, 8)
         clear = np.flatnonzero((near > 0.10).reshape(8, 8).all(axis=0))
         if beside[1:, 1:].any() and len(clear):
@@ -103,3 +109,19 @@ def test_the_rays_round_a_zone_go_to_its_corners_from_beside_its_point():
     assert np.array_equal(spread, rays[:, None] + aside)
     expected = points[:, None] + away[:, None, None] * aside + MARGIN * sides
     assert np.array_equal(begin, expected)
+
+
+def test_a_row_longer_than_three_zones_is_a_mixture_where_it_passes_the_arm(robot, skin):
+    """As a hose makes it; a hand's breadth from the arm such a row is kept, see above."""
+    taken = 0
+    for bend in (2.1, 2.3, 2.5):
+        for posture, k, near in nearness(robot, skin, bend):
+            past = ((near > 0.008) & (near < 0.025)).reshape(8, 8)
+            column = int(past.sum(axis=0).argmax())
+            line = np.flatnonzero(past[:, column]) * 8 + column
+            if len(line) < 4 or line[-1] - line[0] != 8 * (len(line) - 1):
+                continue
+            found = [verdicts(robot, skin, (posture, k), line, wall=w) for w in (True, False)]
+            assert not (found[1][line] == Verdict.STATIC).any()
+            taken = max(taken, int((found[0][line] == Verdict.STATIC).sum()))
+    assert taken > 3

@@ -35,6 +35,7 @@ def missed(report):
     [
         ("ur10e", "forearm-rings", "screwdriver"),
         ("ur10e", "sparse-4x4", ""),
+        ("ur10e", "placed-30", ""),
         ("swan7", "two-rings", ""),
     ],
 )
