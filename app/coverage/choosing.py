@@ -9,7 +9,6 @@ still have, which is at most what the budget buys of the largest gains by cost (
 knapsack): a bound that needs no assumption on how S came about (Leskovec et al. 2007).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -45,9 +44,9 @@ class Choice(NamedTuple):
     bound: float
 
 
-def choose(p: Problem, budget: int, told: Callable[[], None] = lambda: None) -> Choice:
-    """The best that is found for a budget; `told` of every candidate that is taken."""
-    options = [_exchanged(p, _greedy(p, [], budget, by_cost, told), budget, told)
+def choose(p: Problem, budget: int) -> Choice:
+    """The best that is found for a budget."""
+    options = [_exchanged(p, _greedy(p, [], budget, by_cost), budget)
                for by_cost in (True, False)]  # fmt: skip
     taken = max(options, key=lambda s: value(p, s))
     return Choice(tuple(taken), value(p, taken), bound(p, taken, budget))
@@ -71,9 +70,7 @@ def bound(p: Problem, taken: list[int], budget: int) -> float:
     return most
 
 
-def _greedy(
-    p: Problem, taken: list[int], budget: int, by_cost: bool, told: Callable[[], None]
-) -> list[int]:
+def _greedy(p: Problem, taken: list[int], budget: int, by_cost: bool) -> list[int]:
     """Goes on from what is taken until nothing fits or gains anything."""
     taken, left = list(taken), budget - int(p.cost[taken].sum())
     while True:
@@ -85,17 +82,16 @@ def _greedy(
             return taken
         taken.append(best)
         left -= int(p.cost[best])
-        told()
 
 
-def _exchanged(p: Problem, taken: list[int], budget: int, told: Callable[[], None]) -> list[int]:
+def _exchanged(p: Problem, taken: list[int], budget: int) -> list[int]:
     """Each in turn makes room for the best in its place, while that gains."""
     least, done = BETTER * float(p.weight.sum()), False
     while not done:
         done = True
         for out in list(taken):
             rest = [s for s in taken if s != out]
-            found = _greedy(p, rest, budget, False, told)
+            found = _greedy(p, rest, budget, False)
             if value(p, found) > value(p, taken) + least:
                 taken, done = found, False
                 break
